@@ -3,6 +3,7 @@
 import re
 from typing import Any
 
+from service.decoders.mesh_registry import MESH_BEGINNINGS, MESH_DECODERS
 from service.decoders.refused import REFUSED
 from service.decoders.registry import BEGINNINGS, DECODERS
 from service.settings.values import Settings
@@ -12,7 +13,10 @@ TEAPOT_SUFFIX = "txt"
 
 
 def describe_files(settings: Settings) -> dict[str, Any]:
-    """The formats that the service reads, those that it does not and why, and the limits."""
+    """The formats that the service reads, those that it does not and why, and the limits.
+
+    `meshes` are those of `POST /v1/check`.
+    """
     read = [
         {
             "media_type": decoder.media_type,
@@ -34,7 +38,15 @@ def describe_files(settings: Settings) -> dict[str, Any]:
         "max_bytes": settings.max_body_bytes,
         "max_json_bytes": min(settings.max_json_bytes, settings.max_body_bytes),
     }
-    return {"read": read, "refused": refused} | limits
+    meshes = [
+        {
+            "format": decoder.name,
+            "suffixes": decoder.suffixes,
+            "beginning": _pattern(MESH_BEGINNINGS.get(decoder.name)),
+        }
+        for decoder in MESH_DECODERS
+    ]
+    return {"read": read, "meshes": meshes, "refused": refused} | limits
 
 
 def _pattern(beginning: re.Pattern[bytes] | None) -> str | None:

@@ -19,6 +19,7 @@ from service.api.cors import is_origin
 from service.api.page_facts import TEAPOT_SUFFIX, describe_files
 from service.api.responses import HEADERS, PAGE_HEADERS
 from service.api.static_files import StaticFile
+from service.decoders.mesh_registry import MESH_BY_SUFFIX
 from service.decoders.registry import BY_SUFFIX
 from service.encoders.libraries import list_compressions
 from service.engine.mesh.mesh import ENGINE
@@ -216,14 +217,20 @@ def _editor_page(bundles: Bundles, settings: Settings, surface: str) -> bytes:
     for path in ("v1/surfaces", f"v1/surfaces/{surface}") if surface else ():
         links["preloads"] += f'\n<link rel="preload" as="fetch" crossorigin href="{path}">'
     suffixes = [".json", *(f".{suffix}" for suffix in (*BY_SUFFIX, TEAPOT_SUFFIX))]
+    meshes = [f".{suffix}" for suffix in MESH_BY_SUFFIX if suffix not in BY_SUFFIX]
     return _fill(
         "index.html",
         links,
         engine=ENGINE,
-        accept=",".join(suffixes),
-        suffixes=", ".join(f"<code>{suffix}</code>" for suffix in suffixes),
+        accept=",".join([*suffixes, *meshes]),
+        suffixes=_write_suffixes(suffixes),
+        meshes=_write_suffixes(meshes),
         files=escape(orjson.dumps(describe_files(settings)).decode()),
     )
+
+
+def _write_suffixes(suffixes: Sequence[str]) -> str:
+    return ", ".join(f"<code>{suffix}</code>" for suffix in suffixes)
 
 
 def _embed_page(bundles: Bundles) -> bytes:

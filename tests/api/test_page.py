@@ -11,6 +11,7 @@ from pydantic import SecretStr
 
 from service.api import page_files
 from service.api.app import create_app
+from service.decoders.mesh_registry import MESH_BY_SUFFIX
 from service.decoders.registry import BY_SUFFIX
 from service.settings.values import Settings
 from tools import page_build
@@ -161,8 +162,12 @@ def test_the_page_lists_all_file_types(client: Client) -> None:
     # Files of the teapot often have the suffix `.txt`.
     assert listed == expected | {"txt": "text/x-teapot"}
     assert {suffix for each in facts["refused"] for suffix in each["suffixes"]}.isdisjoint(listed)
+    meshes = {suffix: each["format"] for each in facts["meshes"] for suffix in each["suffixes"]}
+    assert meshes == {suffix: decoder.name for suffix, decoder in MESH_BY_SUFFIX.items()}
     assert facts["max_json_bytes"] <= facts["max_bytes"] == Settings().max_body_bytes
-    assert accepted.split(",") == [".json", *(f".{suffix}" for suffix in expected), ".txt"]
+    only_meshes = [suffix for suffix in meshes if suffix not in expected]
+    known = ["json", *expected, "txt", *only_meshes]
+    assert accepted.split(",") == [f".{suffix}" for suffix in known]
 
 
 def test_modules_are_short_and_begin_with_a_comment() -> None:

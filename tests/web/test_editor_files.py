@@ -168,8 +168,8 @@ def read_problem(page: Page) -> str:
         ("net.json", b"\x89PNG\r\n\x1a\n", "pictures (PNG, JPEG"),
         ("all.zip", b"PK\3\4" + bytes(26) + b"a.txt", "the files in it, unpacked"),
         ("report", b"%PDF-1.7", "documents and tables (PDF"),
-        ("part.stl", bytes(100), "triangles or polygons (STL"),
-        ("scene.glb", b"glTF\2\0\0\0", "the surface from which the mesh was made"),
+        ("part.fbx", b"Kaydara FBX Binary", "triangles or polygons (STL"),
+        ("scene.3mf", bytes(100), "the surface from which the mesh was made"),
         ("top.SLDASM", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "SolidWorks"),
         ("house.step", b"ISO-10303-21;HEADER;FILE_SCHEMA(('IFC4'));", "Industry Foundation"),
         ("empty.json", b"", "The file is empty"),
@@ -192,7 +192,11 @@ def test_a_file_that_is_no_surface_is_named_without_a_request(
 
 
 def test_polygons_in_a_file_of_surfaces_are_named_by_the_service(editor: Stage) -> None:
-    drop(editor.page, {"cube.obj": b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"})
+    patch = (
+        b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\ncstype bezier\ndeg 1 1\n"
+        b"surf 0 1 0 1 1 2 3 4\nparm u 0 1\nparm v 0 1\nend\n"
+    )
+    drop(editor.page, {"cube.obj": patch + b"f 1 2 3\n"})
     text = read_problem(editor.page)
     assert text.startswith("cube.obj was not opened: ")
     assert "polygons" in text
@@ -358,6 +362,13 @@ def test_pasting_into_a_field_opens_nothing(editor: Stage) -> None:
     assert count_requests(editor) == sent
 
 
+def test_a_dialog_does_not_cover_what_was_dropped_on_it(editor: Stage) -> None:
+    editor.page.click("#help")
+    perform(editor.page, lambda: drop(editor.page, {"net.json": json.dumps(NET).encode()}))
+    assert editor.page.locator("dialog[open]").count() == 0
+    assert editor.page.inner_text("#title") == "net"
+
+
 def test_axe_finds_no_violations_beside_a_file_that_was_not_opened(editor: Stage) -> None:
     drop(editor.page, {"holiday.jpg": b"\xff\xd8\xff\xe0"})
     editor.page.wait_for_selector("#problem:visible")
@@ -371,7 +382,7 @@ def test_a_page_of_an_earlier_version_says_that_it_must_be_reloaded(
     """Its module that reads files has gone from the service."""
     page = editor.page.context.new_page()
     show(page, server + SADDLE)
-    page.route("**/page/read-files-*", lambda route: route.fulfill(status=404))
+    page.route("**/page/later-*", lambda route: route.fulfill(status=404))
     drop(page, {"net.json": json.dumps(NET).encode()})
     assert "reload the page; your drafts are kept" in read_problem(page)
     assert page.get_attribute("html", "data-state") == "ready"

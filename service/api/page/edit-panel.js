@@ -3,9 +3,7 @@
 
 import { ServiceError } from 'surface-service';
 import { Unchangeable } from './documents.js';
-import {
-  addLine, deleteLine, insertKnot, mirror, mirrorChosen, raiseDegree, separateWeights,
-} from './modelling.js';
+import { loadLater } from './load-later.js';
 import { button, element, getChecked, input, radios, write } from './page.js';
 import { hasLines, LINES, lineOf } from './selection.js';
 import { explainRefusal, isHomogeneous } from './targets.js';
@@ -14,6 +12,7 @@ import { Outdated, Stopped } from './work.js';
 /** @typedef {import('./targets.js').Change} Change */
 /** @typedef {import('./selection.js').Direction} Direction */
 /** @typedef {import('./state.js').State} State */
+/** @typedef {typeof import('./later.js')} Modelling */
 
 /** The buttons that change nets, and what kind of change each is. @type {[string, Change][]} */
 const CHANGES = [
@@ -48,13 +47,13 @@ export function watchEditPanel(state, failed) {
       show(state, isBusy);
     }
   };
-  const onClick = (/** @type {string} */ id, /** @type {() => Promise<string>} */ act) => {
-    button(id).addEventListener('click', () => void run(act));
+  const onClick = (/** @type {string} */ id, /** @type {(modelling: Modelling) => Promise<string>} */ act) => {
+    button(id).addEventListener('click', () => void run(async () => act(await loadLater())));
   };
-  onClick('add-line', () => addLine(state, chosenDirection()));
-  onClick('delete-line', () => deleteLine(state, chosenDirection()));
-  onClick('raise-degree', () => raiseDegree(state, chosenDirection()));
-  onClick('separate-weights', () => separateWeights(state));
+  onClick('add-line', ({ addLine }) => addLine(state, chosenDirection()));
+  onClick('delete-line', ({ deleteLine }) => deleteLine(state, chosenDirection()));
+  onClick('raise-degree', ({ raiseDegree }) => raiseDegree(state, chosenDirection()));
+  onClick('separate-weights', ({ separateWeights }) => separateWeights(state));
 
   watchDialog('knot', () => {
     const direction = chosenDirection();
@@ -62,7 +61,10 @@ export function watchEditPanel(state, failed) {
     // The place that was clicked last, if it has parameters of this surface alone.
     const clicked = element('probe', HTMLDataElement).value.split(',')[direction];
     if (clicked && state.surface.control_net) input('knot').value = String(Number(Number(clicked).toPrecision(6)));
-  }, () => run(() => insertKnot(state, chosenDirection(), input('knot').valueAsNumber), 'knot-problem'));
+  }, () => run(async () => {
+    const { insertKnot } = await loadLater();
+    return insertKnot(state, chosenDirection(), input('knot').valueAsNumber);
+  }, 'knot-problem'));
   watchDialog('mirror', () => {
     const hasPoints = state.selection.length > 0;
     radios('mirrored').forEach((radio) => {
@@ -72,7 +74,10 @@ export function watchEditPanel(state, failed) {
   }, () => {
     const plane = { axis: 'xyz'.indexOf(getChecked('mirror-axis')), offset: input('mirror-offset').valueAsNumber };
     const what = getChecked('mirrored');
-    return run(() => (what === 'points' ? mirrorChosen(state, plane) : mirror(state, plane, what === 'both')), 'mirror-problem');
+    return run(async () => {
+      const { mirror, mirrorChosen } = await loadLater();
+      return what === 'points' ? mirrorChosen(state, plane) : mirror(state, plane, what === 'both');
+    }, 'mirror-problem');
   });
 
   radios('direction').forEach((radio) => radio.addEventListener('change', () => show(state, isBusy)));

@@ -5,12 +5,12 @@ import { element, write } from './page.js';
 
 const LEGENDS = { gaussian: 'Gaussian curvature', mean: 'Mean curvature' };
 
-/** Paints the scale of the legend. @param {HTMLCanvasElement} canvas */
-export function paintLegend(canvas) {
+/** Paints the scale of the legend. @param {HTMLCanvasElement} canvas @param {number} [low]  the value at its left end */
+export function paintLegend(canvas, low = -1) {
   const context = canvas.getContext('2d');
   if (context === null) return;
   for (let x = 0; x < canvas.width; x += 1) {
-    const [r, g, b] = diverging(2 * x / (canvas.width - 1) - 1).map((c) => Math.round(255 * c));
+    const [r, g, b] = diverging(low + (1 - low) * x / (canvas.width - 1)).map((c) => Math.round(255 * c));
     context.fillStyle = `rgb(${r} ${g} ${b})`;
     context.fillRect(x, 0, 1, canvas.height);
   }

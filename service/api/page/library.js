@@ -1,24 +1,24 @@
 // The dialog in which a person opens a surface: the examples of the service, a pasted text, files.
 
-import { NoResponse } from 'surface-service';
 import { watchDrops } from './drops.js';
+import { loadLater } from './load-later.js';
 import { button, element, input, makeElement, write } from './page.js';
-import { answers } from './presence.js';
 import { client } from './service.js';
 import { perform } from './work.js';
-import { Unreadable } from './unreadable.js';
 
 /** @typedef {import('./documents.js').Surface} Surface */
 /** @typedef {import('surface-service').SurfaceSummary} Example */
 /** @typedef {import('./identify.js').Facts} Facts */
 /** @typedef {import('./opening.js').Opening} Opening */
+/** @typedef {import('./read-files.js').MeshFile} MeshFile */
 /** @typedef {import('./read-files.js').Source} Source */
 /** @typedef {import('./state.js').About} About */
 
 export class Library {
-  /** @param {Opening} opening */
-  constructor(opening) {
+  /** @param {Opening} opening @param {(mesh: MeshFile) => Promise<boolean>} checkMesh  false if no surface is open */
+  constructor(opening, checkMesh) {
     this.opening = opening;
+    this.checkMesh = checkMesh;
     /** @type {Example[]} */
     this.examples = [];
     /** @type {Facts} */
@@ -53,7 +53,7 @@ export class Library {
 
   async showPictures() {
     await this.listed;
-    const { showPictures } = await import('./pictures.js');
+    const { showPictures } = await loadLater();
     await showPictures(document.querySelectorAll('img[data-picture]:not([src])'));
   }
 
@@ -91,14 +91,26 @@ export class Library {
   async openSources(sources) {
     this.close();
     const [{ name }] = sources;
+    if (sources.length === 1 && await this.isMesh(sources[0])) return;
     const what = sources.length > 1 ? `${sources.length} files` : name || 'the text';
     await this.opening.start(what, (outdated) => this.read(what, sources, outdated));
+  }
+
+  /** Whether a file is a mesh, which the page checks. @param {Source} source */
+  async isMesh(source) {
+    try {
+      const { findMesh } = await loadLater();
+      const mesh = await findMesh(source, this.facts);
+      return mesh !== null && await this.checkMesh(mesh);
+    } catch {
+      return false; // reading it as a surface says why it cannot be read
+    }
   }
 
   /** @param {string} what @param {Source[]} sources @param {AbortSignal} outdated @returns {Promise<import('./opening.js').Wish>} */
   async read(what, sources, outdated) {
     const { surface, settings, title, description } = await perform(`Reading ${what}`, async (signal, tell) => {
-      const { readSources } = await loadReader();
+      const { readSources } = await loadLater();
       return readSources(sources, this.facts, signal, tell);
     }, outdated);
     return { surface, settings, about: { title, description, origin: '' } };
@@ -110,21 +122,10 @@ export class Library {
     void this.opening.start(about.title, async () => ({ surface, about }));
   }
 
+  /** Closes this dialog, and others above which a file was dropped: what opens is below them. */
   close() {
     element('paste-problem', HTMLElement).hidden = true;
-    this.dialog.close();
-  }
-}
-
-/** The modules that read files, which the page loads when the first file is opened. */
-async function loadReader() {
-  try {
-    return await import('./read-files.js');
-  } catch {
-    if (!await answers()) throw new NoResponse();
-    // The names of the modules contain hashes: another version of the service has others.
-    const detail = 'The service has another version than this page.';
-    throw new Unreadable({ code: 'page_outdated', detail, needed: 'that you reload the page; your drafts are kept' });
+    for (const dialog of document.querySelectorAll('dialog[open]:not(#access)')) /** @type {HTMLDialogElement} */ (dialog).close();
   }
 }
 

@@ -9,6 +9,7 @@ import { hasKey, keepsAll, watchDraftList } from './draft-list.js';
 import { watchEditPanel } from './edit-panel.js';
 import { watchKey } from './key.js';
 import { Library, showAbout } from './library.js';
+import { loadLater } from './load-later.js';
 import { FacePanel } from './face-panel.js';
 import { Measure } from './measure.js';
 import { mesh } from './mesh.js';
@@ -219,7 +220,15 @@ const opening = new Opening(state, {
     if (!isExpected(error.reason)) reportError(error.reason);
   },
 });
-const library = new Library(opening);
+/** Checks meshes; the first one loads its module. @type {import('./check.js').Check | null} */
+let check = null;
+const library = new Library(opening, async (mesh) => {
+  if (!isOpen) return false;
+  const { Check } = await loadLater();
+  check ??= new Check(state, view, (error, again) => showProblem(error, state, again));
+  void check.start(mesh);
+  return true;
+});
 watchNewPanel((surface, about) => library.show(surface, about));
 
 const visits = new Visits(state, new Drafts(new Tab(), hasKey, keepsAll), {

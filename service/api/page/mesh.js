@@ -26,7 +26,7 @@ export async function mesh({ surface, ...options }, { address = '', format = 'gl
     signal,
     onProgress: (/** @type {Progress} */ progress) => {
       isJob ||= progress.kind === 'job';
-      tell(describe(progress));
+      tell(describeProgress(progress));
     },
     onResponse: (/** @type {Response} */ { headers }) => { time = serverTime(headers.get('Server-Timing')); },
   };
@@ -49,8 +49,8 @@ export async function mesh({ surface, ...options }, { address = '', format = 'gl
   }
 }
 
-/** @param {Progress} progress */
-function describe(progress) {
+/** How far a call is, in words. @param {Progress} progress */
+export function describeProgress(progress) {
   if (progress.kind === 'retry') return `the service is busy, again in ${Math.ceil(progress.seconds)} s`;
   const { state, waiting_for: reason } = progress.job;
   return `as a job, ${state}${reason ? `, waits for ${reason.replaceAll('_', ' ')}` : ''}`;

@@ -21,12 +21,13 @@ import { perform } from './work.js';
 
 /** The first mesh of a surface, and the settings with which it was made. @typedef {{response: MeshResponse, settings: Settings}} First */
 
-/** A surface was not opened; the page shows what it showed before. */
+/** A surface was not opened, or a mesh not checked; the page shows what it showed before. */
 export class NotOpened extends Error {
-  /** @param {string} what  the name of the file, the example or the text @param {Error} cause */
-  constructor(what, cause) {
+  /** @param {string} what  the name of the file, the example or the text @param {Error} cause @param {string} [verb] */
+  constructor(what, cause, verb = 'opened') {
     super(cause.message, { cause });
     this.what = what;
+    this.verb = verb;
     /** @type {Error} */
     this.reason = cause;
   }

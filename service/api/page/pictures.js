@@ -1,5 +1,5 @@
-// The pictures in the list of examples, which the service draws. The page loads this module, and asks for
-// pictures, when the list is opened: its first load does not wait for them.
+// The pictures in the list of examples, which the service draws. The page asks for them when the list is
+// opened: its first load does not wait for them.
 
 import { currentKey } from './key.js';
 import { client, readsArePrivate } from './service.js';

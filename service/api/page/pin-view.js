@@ -12,9 +12,11 @@ const SIZE = 13;
 const DISTANCE = 14;
 
 export class PinView {
-  /** @param {import('./scene.js').Stage} stage */
-  constructor(stage) {
+  /** @param {import('./scene.js').Stage} stage @param {HTMLElement} [label] @param {boolean} [isLeft]  on which side of the dot the label is */
+  constructor(stage, label = element('pin', HTMLElement), isLeft = false) {
     this.stage = stage;
+    this.label = label;
+    this.isLeft = isLeft;
     this.group = new Group();
     this.group.visible = false;
     const geometry = new BufferGeometry();
@@ -38,31 +40,32 @@ export class PinView {
   show(point, text) {
     this.group.position.fromArray(point);
     this.group.visible = true;
-    element('pin', HTMLElement).textContent = text;
+    this.label.textContent = text;
     this.stage.draw();
   }
 
   hide() {
     this.group.visible = false;
-    element('pin', HTMLElement).hidden = true;
+    this.label.hidden = true;
     this.stage.draw();
   }
 
   /** Puts the label beside the dot. */
   place() {
-    const label = element('pin', HTMLElement);
+    const { label } = this;
     const { canvas, drawingCamera } = this.stage;
     const { x, y, z } = new Vector3().copy(this.group.position).project(drawingCamera);
     label.hidden = !this.group.visible || z > 1;
     const [left, top] = [(x + 1) / 2 * canvas.clientWidth, (1 - y) / 2 * canvas.clientHeight];
     label.dataset.x = left.toFixed(1);
     label.dataset.y = top.toFixed(1);
-    // On the right of the dot; if there is no room, on its left; if there is none either, below it.
+    // On its side of the dot; if there is no room, on the other; if there is none either, below the dot.
     const { offsetWidth: width, offsetHeight: height } = label;
-    const [end, start] = [left + DISTANCE + width, left - DISTANCE - width];
-    const isBeside = end <= canvas.clientWidth || start >= 0;
-    const x0 = end <= canvas.clientWidth ? left + DISTANCE : Math.max(0, start);
-    label.style.translate = `${x0}px ${isBeside ? top - height / 2 : top + DISTANCE}px`;
+    const start = left - DISTANCE - width;
+    const [hasLeft, hasRight] = [start >= 0, left + DISTANCE + width <= canvas.clientWidth];
+    const isRight = hasRight && !(this.isLeft && hasLeft);
+    const x0 = isRight ? left + DISTANCE : Math.max(0, start);
+    label.style.translate = `${x0}px ${hasLeft || hasRight ? top - height / 2 : top + DISTANCE}px`;
   }
 
   /** @param {Palette} palette */

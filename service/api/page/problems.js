@@ -96,7 +96,7 @@ function describeError(error) {
     const inner = describeError(error.reason);
     const isOfSurface = error.reason instanceof Unreadable || (error.reason instanceof ServiceError && !HAS_TITLE.has(error.reason.code));
     const what = error.what.replace(/^the /, 'The ');
-    return isOfSurface ? { ...inner, title: `${what} ${/^\d+ files$/.test(what) ? 'were' : 'was'} not opened` } : inner;
+    return isOfSurface ? { ...inner, title: `${what} ${/^\d+ files$/.test(what) ? 'were' : 'was'} not ${error.verb}` } : inner;
   }
   if (error instanceof Unreadable) return { title: 'Not readable', detail: error.message };
   if (error instanceof NoResponse) {

@@ -3,7 +3,7 @@
 
 import { ServiceError } from 'surface-service';
 import { MAX_FILES } from './drops.js';
-import { identify, START_BYTES, stemOf } from './identify.js';
+import { identify, identifyMesh, START_BYTES, stemOf } from './identify.js';
 import { joinSurfaces } from './join.js';
 import { takeOptions } from './request-options.js';
 import { chooseKind, parseRequest } from './requests.js';
@@ -57,6 +57,23 @@ export async function readSources(sources, facts, signal, tell) {
   return { ...read, description: [read.description, notOpened].filter(Boolean).join(' ') };
 }
 
+/**
+ * A file with a mesh, the name of its format, and the limits of files and of JSON.
+ * @typedef {{name: string, content: Blob, format: string, maxBytes: number, maxJsonBytes: number}} MeshFile
+ */
+
+/**
+ * The mesh in a file; null if the file is to be read as a surface: also if it has both.
+ * @param {Source} source @param {Facts} facts @returns {Promise<MeshFile | null>}
+ */
+export async function findMesh({ name, content }, facts) {
+  const mesh = identifyMesh(name, latin1(await bytesOf(content.slice(0, START_BYTES))), facts);
+  if (mesh === null) return null;
+  if (mesh.format === 'obj' && /^[ \t]*surf\s/m.test(await content.text())) return null;
+  const { max_bytes: maxBytes, max_json_bytes: maxJsonBytes } = facts;
+  return { name, content, format: mesh.format, maxBytes, maxJsonBytes };
+}
+
 /** @param {{name: string, read: Read}[]} done @returns {Read} */
 function joinReads(done) {
   const surface = joinSurfaces(done.map(({ name, read }) => ({ name: cleanName(stemOf(name)), surface: read.surface })));
@@ -100,15 +117,15 @@ function chooseOptions(start) {
   return (shape && chooseKind([Number(shape[1]), Number(shape[2])])) ?? {};
 }
 
-/** @param {number} size @param {number} most */
-function checkSize(size, most) {
+/** @param {number} size @param {number} most @param {string} [remedy]  after the most bytes */
+export function checkSize(size, most, remedy = 'several files can be opened as one group') {
   if (size <= most) return;
   const megabytes = (/** @type {number} */ bytes) => `${(bytes / 1e6).toFixed(1)} MB`;
   throw new Unreadable({
     code: 'body_too_large',
     detail: 'The file is larger than this service accepts.',
     got: megabytes(size),
-    needed: `at most ${megabytes(most)}; several files can be opened as one group`,
+    needed: `at most ${megabytes(most)}; ${remedy}`,
   });
 }
 

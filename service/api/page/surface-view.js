@@ -35,6 +35,8 @@ export class SurfaceView {
     /** Materials of the look `shaded` by name, also for later meshes, because to compile one takes time. */
     this.materials = new Map();
     this.wire = new LineBasicMaterial({ transparent: true, opacity: 0.32 });
+    /** Whether meshes are drawn. */
+    this.isVisible = true;
     /** The largest value of the range of colours of curvature, on both sides of zero. */
     this.range = 1;
     stage.scene.add(this.model);
@@ -50,6 +52,7 @@ export class SurfaceView {
     leave?.();
     this.forget();
     this.model = gltf.scene;
+    this.model.visible = this.isVisible;
     this.model.updateMatrixWorld(true);
     this.model.traverse((/** @type {any} */ node) => {
       if (node.isLine) node.material.clippingPlanes = this.clippingPlanes;
@@ -107,6 +110,12 @@ export class SurfaceView {
       this.showWires(mesh, wires);
     });
     this.stage.draw();
+  }
+
+  /** @param {boolean} isVisible */
+  setVisible(isVisible) {
+    this.isVisible = isVisible;
+    this.model.visible = isVisible;
   }
 
   /** @param {number} stripes @param {number[]} axis  in the scene */

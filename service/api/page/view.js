@@ -14,6 +14,7 @@ import { NetView } from './net-view.js';
 import { button, checkRadio, getChecked, element, write } from './page.js';
 import { PinView } from './pin-view.js';
 import { PlaneView } from './plane-view.js';
+import { placeMarker } from './point-marker.js';
 import { Gizmo } from './gizmo.js';
 import { watchPointer } from './pointer.js';
 import { DEFAULT_DIRECTION, Stage } from './scene.js';
@@ -54,6 +55,8 @@ export class View {
     this.nextCamera = null;
     /** The camera that the document got by default. @type {number[]} */
     this.defaultCamera = [];
+    /** What is drawn in place of the surface and its net. @type {import('./check-view.js').CheckView | null} */
+    this.cover = null;
     /** Number of the control point that an error names, or -1. */
     this.errorIndex = -1;
     new Gizmo(this.stage, this.netView, state);
@@ -74,7 +77,7 @@ export class View {
     /** Called with what the user clicked. @type {(hit: import('./probe.js').Hit) => void} */
     this.clicked = () => {};
     element('fit', HTMLButtonElement).addEventListener('click', fit);
-    this.stage.onDraw.push(() => { this.placeMarker(); hide('loading', true); });
+    this.stage.onDraw.push(() => { placeMarker(state.chosen, this.netView); hide('loading', true); });
     paintLegend(element('legend-bar', HTMLCanvasElement));
     state.listen((change) => {
       if (change === 'opened') this.isNew = true;
@@ -130,6 +133,7 @@ export class View {
 
   /** The nearest place of the mesh under the mouse that is shown. @param {import('./three.js').Vector2} mouse */
   findHit(mouse) {
+    if (this.cover) return undefined;
     const caster = new Raycaster();
     caster.setFromCamera(mouse, this.stage.drawingCamera);
     const hits = caster.intersectObjects(this.surfaceView.meshes, false);
@@ -172,6 +176,14 @@ export class View {
     this.sectionView.show(polylines.map(({ points }) => points.map((point) => toScene(this.state.surface, point))));
   }
 
+  /** Draws something in place of the surface and its net; null: the surface again. @param {import('./check-view.js').CheckView | null} cover */
+  showCover(cover) {
+    this.cover = cover;
+    this.surfaceView.setVisible(cover === null);
+    this.updateLook();
+    this.stage.placeLights(cover?.bounds() ?? this.surfaceView.bounds());
+  }
+
   /** Removes the mesh: it belongs to a document that is no longer open. */
   clear() {
     this.faceView.forget();
@@ -200,26 +212,28 @@ export class View {
   /** @param {boolean} coarse */
   updateLook(coarse = false) {
     const { settings } = this.state;
-    this.netView.group.visible = settings.net;
+    this.netView.group.visible = settings.net && !this.cover;
     const { surface } = this.state;
     const look = chooseLook(settings, surface);
     const axis = ['x', 'y', 'z'].map((name) => Number(name === settings.stripeAxis));
     this.surfaceView.setStripes(settings.stripes, toScene({ up: surface.up }, axis));
     this.surfaceView.setLook(look, settings.wires, PALETTES[theme()], coarse);
     this.paint();
-    showLegend(look, this.surfaceView);
+    this.cover?.showWires(settings.wires);
+    showLegend(this.cover ? '' : look, this.surfaceView);
   }
 
   paint() {
     const palette = PALETTES[theme()];
-    const { chosen, history, net, settings } = this.state;
+    const { chosen, history, net } = this.state;
     write('net-color', palette.name);
     // The invitation to move a point is hidden after the first move.
-    hide('invitation', this.isNew || history.canUndo || !settings.net || net.handles.length === 0);
+    hide('invitation', this.isNew || history.canUndo || !this.netView.group.visible || net.handles.length === 0);
     this.netView.paint(palette, chosen >= 0 && chosen === this.errorIndex);
     this.sectionView.paint(palette);
     this.edgeView.paint(palette);
     this.pinView.paint(palette);
+    this.cover?.paint(palette);
     this.planeView.paint(palette);
     this.stage.paint(palette);
   }
@@ -229,22 +243,7 @@ export class View {
    * @param {import('./three.js').Vector3 | null} towardsCamera  from where, in the scene; null: from where it is seen now
    */
   fit(towardsCamera = null) {
-    const points = [...this.surfaceView.points(), ...this.netView.visiblePoints()];
+    const points = this.cover?.corners() ?? [...this.surfaceView.points(), ...this.netView.visiblePoints()];
     if (points.length > 0) this.stage.fit(points, towardsCamera);
-  }
-
-  /** Writes the number of the chosen point beside it. */
-  placeMarker() {
-    const marker = element('marker', HTMLElement);
-    const { chosen, settings } = this.state;
-    const isShown = chosen >= 0 && chosen < this.netView.positions.count && settings.net;
-    marker.hidden = !isShown;
-    if (!isShown) return;
-    const { x, y } = this.netView.screenPosition(chosen);
-    marker.dataset.x = x.toFixed(1);
-    marker.dataset.y = y.toFixed(1);
-    // On the left below, where no arrow of the gizmo is.
-    marker.style.translate = `calc(${x - 8}px - 100%) ${y + 6}px`;
-    marker.textContent = String(chosen + 1);
   }
 }
