@@ -275,7 +275,7 @@ export interface paths {
          *     same surface have one id: the order of keys, the form of numbers (`1`, `1.0`, `1e0`; 0 and −0)
          *     and explicit defaults make no difference; another value of a number makes another surface. A
          *     file of control points, with the other fields in the query, is the same surface as in JSON.
-         *     `links` has the URLs of the meshes, which clients may cache for ever.
+         *     `links` has the URLs of the meshes and of the picture, which clients may cache for ever.
          */
         post: operations["storeSurface"];
         delete?: never;
@@ -2001,7 +2001,7 @@ export interface components {
             relative_tolerance?: number;
             /**
              * Distances
-             * @description Whether the response has the mesh as it was read, and the distance of each of its vertices from the surface, as colours need them.
+             * @description Whether the response has the mesh as it was read, and the distances of its vertices and of the middles of its triangles from the surface, as colours need them.
              * @default false
              * @example true
              */
@@ -3850,6 +3850,12 @@ export interface components {
              *     of the interval of `mesh_to_surface`.
              */
             distances?: number[];
+            /**
+             * Middle Distances
+             * @description With `distances`: for each triangle of `mesh` the distance of its middle, the mean of its
+             *     corners. Most meshes have their vertices on the surface, and are furthest from it in between.
+             */
+            middle_distances?: number[];
         };
         /**
          * MeshDefinition
@@ -6362,6 +6368,11 @@ export interface components {
                 /** @description Arrays of NumPy, binary. */
                 npz: string;
             };
+            /**
+             * Image
+             * @description URL of the picture, for this version of the engine, as that of the mesh.
+             */
+            image: string;
         };
         /**
          * StoredList
@@ -6439,6 +6450,11 @@ export interface components {
                 /** @description Arrays of NumPy, binary. */
                 npz: string;
             };
+            /**
+             * Image
+             * @description URL of the picture; add options as a query.
+             */
+            image: string;
         };
         /**
          * SurfaceList
@@ -8319,7 +8335,7 @@ export interface operations {
                 quad_diagonal?: "02" | "13";
                 /** @description With a file: The largest width of each of the two intervals, as a share of its `high`. Where that takes more work than one request may take, the interval is wider, and `reached` is false. Default: 0.1. */
                 relative_tolerance?: number;
-                /** @description With a file: Whether the response has the mesh as it was read, and the distance of each of its vertices from the surface, as colours need them. Default: false. */
+                /** @description With a file: Whether the response has the mesh as it was read, and the distances of its vertices and of the middles of its triangles from the surface, as colours need them. Default: false. */
                 distances?: boolean;
             };
             header?: {
