@@ -183,7 +183,7 @@ REFUSED: tuple[RefusedFormat, ...] = (
             rb"solid [^\0]{0,200}?facet |ply\s+format |(?:ST)?C?N?4?n?OFF\s|glTF|Kaydara FBX|#VRML|"
             rb"PK\x03\x04.{26}[^\0]{0,200}?\.model"
         ),
-        _MESH,
+        f"{_MESH}; POST /v1/check compares a mesh with its surface",
     ),
     RefusedFormat(
         "pictures (PNG, JPEG, GIF, WebP, TIFF, BMP, SVG)",

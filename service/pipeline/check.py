@@ -1,7 +1,8 @@
 """The check of a mesh against its surface, in steps: count faults, build references, compare."""
 
-from collections.abc import Callable
-from dataclasses import asdict
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, replace
 from functools import cached_property, partial
 from math import ceil
 
@@ -27,7 +28,7 @@ from service.engine.mesh_checks.values import Deviation
 from service.engine.options import MeshOptions
 from service.engine.parts.project import project_on_part
 from service.engine.points.surface_columns import Columns
-from service.errors import InvalidRequest, TooLarge
+from service.errors import InvalidRequest, Issue, TooLarge
 from service.measuring import Measured
 from service.pipeline.adaptive import prepare_meshes
 from service.pipeline.checks import require_numbered_patches
@@ -64,7 +65,8 @@ def plan_check(
     count = len(mesh.triangles)
     growth = ceil(REFERENCE_GROWTH / query.relative_tolerance)
     accuracy = Accuracy(max_triangles=max(growth * count, LEAST_REFERENCE), two_sided=True)
-    plan = build_plan(surface, MeshOptions(accuracy=accuracy), _NPZ, limits=limits)
+    with _locating():
+        plan = build_plan(surface, MeshOptions(accuracy=accuracy), _NPZ, limits=limits)
     file_bytes = ANSWER_BYTES
     if query.distances:
         numbers = 4 * len(mesh.positions) + 4 * count
@@ -87,7 +89,7 @@ def _check(plan: MeshPlan, surface: SurfaceKind, mesh: GivenMesh, query: CheckQu
     """
     with Measured("faults"):
         faults = find_faults(mesh)
-    with Measured("compare"):
+    with Measured("compare"), _locating():
         comparison = compare(mesh, _PlannedSurface(plan, surface), query)
     answer: dict[str, object] = {
         "surface_to_mesh": _write_deviation(comparison.surface_to_mesh),
@@ -120,6 +122,36 @@ def _write_deviation(deviation: Deviation) -> dict[str, object]:
     }
 
 
+@contextmanager
+def _locating() -> Iterator[None]:
+    """Lets the errors of reference meshes point to the surface: a request has no options of them.
+
+    A surface so small that rounding is larger than every tolerance is one without faces.
+    """
+    try:
+        yield
+    except (InvalidRequest, TooLarge) as error:
+        raise type(error)(*map(_point_to_surface, error.issues)) from None
+
+
+def _point_to_surface(issue: Issue) -> Issue:
+    if issue.code == "tolerance_too_small":
+        return _no_faces(())
+    is_inside = issue.pointer.startswith("/surface")
+    return issue if is_inside else replace(issue, pointer="/surface")
+
+
+def _no_faces(codes: Iterable[str]) -> Issue:
+    """The issue of a surface without any face, with which no mesh can be compared.
+
+    `codes` are those of faces that were left out.
+    """
+    reasons = ", ".join(sorted(set(codes)))
+    got = f"no face; what is wrong: {reasons}" if reasons else "no face with an area"
+    message = "No face of the surface takes part: all are invalid, or have no area."
+    return Issue("no_faces", message, "/surface", got, "a valid face")
+
+
 class _PlannedSurface:
     """The surface of a request, with reference meshes within the limits of its plan."""
 
@@ -146,7 +178,10 @@ class _PlannedSurface:
             raise OutOfReach("rounding") from None
         self._is_built = True
         assert isinstance(mesh, Mesh)  # the format has no nodes
-        return take_reference(mesh, self.diagonal)
+        reference = take_reference(mesh, self.diagonal)
+        if not len(reference.triangles):
+            raise InvalidRequest(_no_faces(face.issue.code for face in reference.skipped_faces))
+        return reference
 
     def find_place(self, point: FloatArray) -> SurfacePlace | None:
         """The nearest point of the surface; None for ribbons."""

@@ -496,6 +496,13 @@ def build_check_cases() -> Iterator[HostileBody]:
     }.items():
         yield from vary_body(name, write_check(f'"{name}":?'), f"/{name}", faults)
     yield build_case("an id", '{"surface":"saddle"}', "wrong_type", "/surface")
+    mesh = f'"mesh":{{{square},"faces":[[0,1,2,3]]}}'
+    point = '{"control_net":[[[0,0,0],[0,0,0]],[[0,0,0],[0,0,0]]]}'
+    yield build_case("a point", f'{{"surface":{point},{mesh}}}', "no_faces", "/surface")
+    yield from build_empty_questions("check", mesh)
+    for case in build_questions("check", mesh):
+        if case.code != "not_parametric":  # tubes have meshes
+            yield case
 
 
 def build_picture_cases() -> Iterator[HostileBody]:
