@@ -31,7 +31,7 @@ PAIRS = 1 << 13
 processor's cache."""
 
 MAX_PAIRS = 1 << 20
-"""If more pairs of a chunk remain, each half of it is searched on its own; it limits memory."""
+"""If a chunk has more pairs, each half of it is searched on its own; it limits memory."""
 
 MANY = 16
 """With more boxes for each group of points, points are compared with boxes on their own."""
@@ -187,7 +187,8 @@ def _search_chunk(
     np.minimum.at(squares, point, measured)
     # The lowest of the numbers of the triangles at the least distance.
     nearest = (measured == squares.take(point)).nonzero()[0]
-    numbers = np.full(len(squares), len(tree.slots))
+    numbers = tree.order.take(slots)
+    numbers[point[nearest]] = len(tree.order)
     np.minimum.at(numbers, point[nearest], tree.order.take(slot[nearest]))
     slots[:] = tree.slots.take(numbers)
 
@@ -207,6 +208,8 @@ def _find_candidates(
     extent, is_divided = float((high - low).max(axis=0).mean()), False
     for level, sides in enumerate(tree.levels):
         if level:
+            if len(box) * tree.count_inner(level - 1) > MAX_PAIRS and len(limits) > 1:
+                return None
             inner = tree.list_inner(level - 1, box)
             item, box = np.tile(item, len(inner)), inner.ravel()
         is_fine = tree.sizes[level] < extent or len(box) > MANY * groups
@@ -220,8 +223,6 @@ def _find_candidates(
         np.minimum.at(largest, item, farthest)
         near = (squares <= largest.take(item)).nonzero()[0]
         item, box = item[near], box[near]
-        if len(item) > MAX_PAIRS and len(limits) > 1:
-            return None
     return item, tree.leaves.take(box), squares[near]
 
 

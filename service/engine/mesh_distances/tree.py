@@ -86,9 +86,13 @@ class TriangleTree:
             inner = FANOUT
         self.sizes = [float((boxes[3:] - boxes[:3]).max(axis=0).mean()) for boxes in self.levels]
 
+    def count_inner(self, level: int) -> int:
+        """How many boxes of the next level a box of a level has."""
+        return self.group if level == len(self.levels) - 2 else FANOUT
+
     def list_inner(self, level: int, box: Ints) -> Ints:
         """The boxes (k, m) of the next level that are in the boxes `box` (m,) of a level."""
-        inner = self.group if level == len(self.levels) - 2 else FANOUT
+        inner = self.count_inner(level)
         boxes = np.arange(inner)[:, np.newaxis] + inner * box
         # On some levels the only box has fewer than `inner`; then the last occurs several times.
         existing: Ints = np.minimum(boxes, self.levels[level + 1].shape[1] - 1)
