@@ -75,13 +75,17 @@ class TriangleFrames:
         """A bound of the errors of distances of points that are at most `reach` from the origin."""
         return ALLOWANCE * (reach + self.reach) + self.tilt + LEAST
 
+    def _find_margin(self, reach: float) -> float:
+        """The least distance from the lines of edges of points that count as inside."""
+        return MARGIN * (reach + self.reach) + LEAST
+
     def measure_squares(self, points: Vectors, triangle: Ints, reach: float) -> FloatArray:
         """The squares (m,) of the distances of points (3, m) from the triangles `triangle` (m,).
 
         No point is further than `reach` from the origin.
         """
         squares = np.empty(len(triangle))
-        inside = -MARGIN * (reach + self.reach)
+        margin = self._find_margin(reach)
         for rows in row_slices(len(triangle), 1, CHUNK):
             table = self.table.take(triangle[rows], axis=1)
             x, y, z = _to_frames(points[:, rows], table)
@@ -90,7 +94,7 @@ class TriangleFrames:
                 _, square, out = _measure_edge(x, y, table, edge)
                 np.minimum(least, square, out=least)
                 np.maximum(worst, out, out=worst)
-            least *= worst > inside
+            least *= worst > -margin
             z *= z
             np.add(least, z, out=squares[rows])
         return squares
@@ -112,7 +116,7 @@ class TriangleFrames:
         share = feet[nearest, rows] / np.where(lengths > 0, lengths, 1.0)
         weights = np.zeros((3, len(triangle)))
         weights[nearest, rows], weights[NEXT[nearest], rows] = 1.0 - share, share
-        inside = (out.max(axis=0) <= -MARGIN * (reach + self.reach)).nonzero()[0]
+        inside = (out.max(axis=0) <= -self._find_margin(reach)).nonzero()[0]
         (b, _, c_x, c_y), x, y = table[12:16, inside], x[inside], y[inside]
         third = np.minimum(y / c_y, 1.0)
         second = np.clip((x - third * c_x) / b, 0.0, 1.0 - third)

@@ -39,7 +39,8 @@ def group_points(points: Vectors, most: int) -> Ints:
     size = -(-count // groups)
     order: Ints = (np.arange(groups * size) * count // (groups * size))[np.newaxis]
     # Single precision is enough, because no result depends on where a group ends.
-    rows = points.astype(np.float32)[:, order]
+    largest = float(np.abs(points).max()) or 1.0
+    rows = (points / largest).astype(np.float32)[:, order]
     while len(order) < groups:
         checkpoint()
         axis = (rows.max(axis=2) - rows.min(axis=2)).argmax(axis=0)

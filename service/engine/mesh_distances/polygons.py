@@ -78,6 +78,13 @@ class Polygons:
         largest: FloatArray = np.maximum.reduceat(values, self.starts)
         return largest
 
+    def find_worst(self, values: FloatArray) -> Ints:
+        """The corner (m,) of each polygon at which the value (N,) is largest."""
+        owner, worst = self.owner, np.zeros(len(self), np.intp)
+        at = (values == self.find_largest(values).take(owner)).nonzero()[0]
+        worst[owner[at]] = at
+        return worst
+
     def find_centers(self) -> Vectors:
         """The means (3, m) of the corners of each polygon."""
         center: Vectors = np.add.reduceat(self.corners, self.starts, axis=1)

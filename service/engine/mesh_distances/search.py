@@ -25,6 +25,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import row_slices, unique_rows
 from service.cancellation import checkpoint
+from service.engine.mesh_distances.cutting import Cutter, halve
 from service.engine.mesh_distances.nearest import measure_reach, search_slots
 from service.engine.mesh_distances.polygons import Polygons, join_polygons
 from service.engine.mesh_distances.tree import TriangleTree
@@ -42,14 +43,8 @@ MAX_CUTS = 96
 CUT_ERROR = 16 * UNIT
 """In relation to the size of the coordinates: how far a cut moves a corner from its piece."""
 
-SNAP = 2.0**-40
-"""In relation to the size of the coordinates: a corner at most this far from a cut is on it."""
-
 SHARE = 0.75
 """The share of the allowed width of the interval at which pieces end; rounding needs the rest."""
-
-LARGE = 4.0
-"""Pieces that are longer than their triangles by this factor are halved, not cut."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -71,7 +66,7 @@ class LargestDistance:
     vertex_source, vertex_corner, vertex_target : int
         A triangle of A with this vertex, its number 0, 1 or 2 there, and the nearest triangle of B.
     reached : bool
-        Whether the interval is as narrow as it was to be.
+        Whether the interval is as narrow as it was to be, or as rounding allows.
     """
 
     low: float
@@ -126,6 +121,8 @@ class _Search:
     ----------
     low, high : float
         Bounds without rounding: of measured points, and of pieces that have ended.
+    error, loss : float
+        Bounds of the errors of distances of vertices, and of pieces.
     """
 
     def __init__(
@@ -146,6 +143,8 @@ class _Search:
         self.first, self.number = first, number.reshape(-1, 3)
         self.reach = measure_reach(self.vertices)
         self.error = self.frames.bound_error(self.reach)
+        self.loss = self.error + MAX_CUTS * CUT_ERROR * (self.reach + self.frames.reach)
+        self.cutter = Cutter(self.frames, self.reach)
         self.low, self.high = -1.0, 0.0
         self.point, self.source, self.slot = self.vertices[:, 0], 0, 0
 
@@ -157,8 +156,7 @@ class _Search:
         self._raise_low(self.vertices, squares, slots, self.first // 3)
         vertex_low, vertex_target = self.low, int(self.tree.order[slots[worst]])
         self._search(slots, np.sqrt(squares))
-        loss = self.error + MAX_CUTS * CUT_ERROR * (self.reach + self.frames.reach)
-        low, high = max(self.low - loss, 0.0), max(self.high, self.low) + loss
+        low, high = max(self.low - self.loss, 0.0), max(self.high, self.low) + self.loss
         scale = self.tree.scale
         return LargestDistance(
             low=low / scale,
@@ -171,13 +169,13 @@ class _Search:
             vertex_source=place // 3,
             vertex_corner=place % 3,
             vertex_target=vertex_target,
-            reached=high - low <= max(self.relative_width * high, self.floor),
+            reached=high - low <= max(self.relative_width * high, self.floor, 4 * self.loss),
         )
 
     def _target(self) -> float:
         """Pieces whose bounds are at most this may end."""
         share = SHARE * self.relative_width
-        return max(self.low / (1 - share), self.low + SHARE * self.floor)
+        return max(self.low / (1 - share), self.low + max(SHARE * self.floor, self.loss))
 
     def _raise_low(self, points: Vectors, squares: FloatArray, slots: Ints, source: Ints) -> None:
         """Use the distances of measured points (3, m) of triangles (m,) as lower bounds."""
@@ -263,62 +261,33 @@ class _Search:
         pieces = self._filter(pieces.approach(slots))
         is_over = pieces.cuts >= MAX_CUTS
         if is_over.any():
-            self._end(self._bound(pieces.take(is_over.nonzero()[0])))
-            pieces = pieces.take((~is_over).nonzero()[0])
+            self._end(self._bound(pieces.select(is_over)))
+            pieces = pieces.select(~is_over)
         if not len(pieces):
             return []
-        is_large = self._is_large(pieces)
-        is_apart = self._is_apart(pieces) & ~is_large
+        is_large = self.cutter.is_large(pieces)
+        is_apart = self.cutter.is_apart(pieces) & ~is_large
         if is_apart.any():
             # The triangle near the center has no part of the piece over it. Perhaps that one has,
             # which is nearest to the worst corner.
             pieces = pieces.approach(self._approach_corners(pieces, is_apart))
-            is_apart &= self._is_apart(pieces)
+            is_apart &= self.cutter.is_apart(pieces)
         must_halve = is_large | is_apart
-        halved, inner = (
-            pieces.take(must_halve.nonzero()[0]),
-            pieces.take((~must_halve).nonzero()[0]),
-        )
-        parts = [*_halve(halved)] if len(halved) else []
+        parts = list(halve(pieces.select(must_halve))) if must_halve.any() else []
+        inner = pieces.select(~must_halve)
         for edge in range(3):
             if not len(inner):
                 break
-            inner, outer = inner.cut(self._measure_outside(inner, edge))
+            inner, outer = self.cutter.cut_edge(inner, edge)
             parts.append(self._filter(outer))
         return parts + self._divide_over(inner)
-
-    def _is_large(self, pieces: Polygons) -> Bools:
-        """Whether pieces are much larger than the triangles near them."""
-        low, high = _find_boxes(pieces)
-        corners = self.frames.corners.take(pieces.slot, axis=2)
-        sizes = (corners.max(axis=0) - corners.min(axis=0)).max(axis=0)
-        large: Bools = (high - low).max(axis=0) > LARGE * sizes
-        return large
-
-    def _is_apart(self, pieces: Polygons) -> Bools:
-        """Whether pieces are outside of an edge of the triangles near them."""
-        apart = np.zeros(len(pieces), np.bool_)
-        for edge in range(3):
-            outside = self._measure_outside(pieces, edge)
-            apart |= np.minimum.reduceat(outside, pieces.starts) >= 0
-        return apart
-
-    def _measure_outside(self, pieces: Polygons, edge: int) -> FloatArray:
-        """How far the corners (N,) are outside of an edge of the triangles near their pieces."""
-        slot = pieces.slot.repeat(pieces.sizes)
-        return self._round(self.frames.measure_outside(pieces.corners, slot, edge))
-
-    def _round(self, heights: FloatArray) -> FloatArray:
-        """Heights (N,) of which the smallest are 0, so that no piece is cut by rounding alone."""
-        heights[np.abs(heights) <= SNAP * (self.reach + self.frames.reach)] = 0.0
-        return heights
 
     def _approach_corners(self, pieces: Polygons, chosen: Bools) -> Ints:
         """Slots (m,): of chosen pieces, the triangles nearest to the corners with the bound."""
         slots, rows = pieces.slot.copy(), chosen.nonzero()[0]
         part = pieces.take(rows)
         own = self._measure(part.corners, part.slot.repeat(part.sizes))
-        worst = part.corners.take(_find_worst(part, own), axis=1)
+        worst = part.corners.take(part.find_worst(own), axis=1)
         slots[rows], squares = search_slots(self.tree, worst, part.slot)
         self._raise_low(worst, squares, slots[rows], part.source)
         return slots
@@ -340,43 +309,6 @@ class _Search:
         pieces = pieces.select(is_open)
         if not len(pieces):
             return []
-        # The triangle that is nearest to the corner furthest from the own triangle.
-        owner = pieces.owner
-        worst = _find_worst(pieces, own)
-        heights = []
-        for slot in (pieces.slot, slots[worst]):
-            height = self.frames.measure_heights(pieces.corners, slot.take(owner))
-            heights.append(height * np.sign(height[worst]).take(owner))
-        difference = self._round(heights[0] - heights[1])
-        is_cut = np.minimum.reduceat(difference, pieces.starts) < 0
-        is_cut &= pieces.find_largest(difference) > 0
-        parts: list[Polygons] = []
-        if is_cut.any():
-            cut = pieces.take(is_cut.nonzero()[0])
-            parts += cut.cut(difference[is_cut.take(owner)])
-        if not is_cut.all():
-            parts += _halve(pieces.take((~is_cut).nonzero()[0]))
-        return parts
-
-
-def _find_worst(pieces: Polygons, values: FloatArray) -> Ints:
-    """The corner (m,) of each piece at which the value (N,) is largest."""
-    owner, worst = pieces.owner, np.zeros(len(pieces), np.intp)
-    at = (values == pieces.find_largest(values).take(owner)).nonzero()[0]
-    worst[owner[at]] = at
-    return worst
-
-
-def _find_boxes(pieces: Polygons) -> tuple[Vectors, Vectors]:
-    """The least and the largest coordinates (3, m) of pieces."""
-    low: Vectors = np.minimum.reduceat(pieces.corners, pieces.starts, axis=1)
-    return low, np.maximum.reduceat(pieces.corners, pieces.starts, axis=1)
-
-
-def _halve(pieces: Polygons) -> tuple[Polygons, Polygons]:
-    """Cut pieces across the middle of their longest coordinate."""
-    low, high = _find_boxes(pieces)
-    axis, rows = (high - low).argmax(axis=0), np.arange(len(pieces))
-    middle = (low + (high - low) / 2)[axis, rows]
-    owner = pieces.owner
-    return pieces.cut(pieces.corners[axis.take(owner), np.arange(len(owner))] - middle.take(owner))
+        # The other triangle is nearest to the corner that is furthest from the own triangle.
+        worst = pieces.find_worst(own)
+        return self.cutter.cut_between(pieces, slots[worst], worst)

@@ -105,11 +105,12 @@ def test_a_flat_mesh_on_a_flat_mesh_ends_at_once() -> None:
     turn = np.array([[np.cos(0.3), -np.sin(0.3), 0], [np.sin(0.3), np.cos(0.3), 0], [0, 0, 1]])
     flat = build_sheet(lambda u, v: (u, v, 0 * u), 12, 12)
     tree = TriangleTree(3 * build_sheet(lambda u, v: (u, v, 0 * u), 19, 17) - [1, 1, 0])
-    largest = bound_largest_distance(
-        flat @ turn.T, tree, relative_width=0.1, floor=1e-11, effort=3000
-    )
-    assert largest.reached
-    assert largest.high < 1e-11
+    for floor in (1e-11, 0.0):
+        largest = bound_largest_distance(
+            flat @ turn.T, tree, relative_width=0.1, floor=floor, effort=3000
+        )
+        assert largest.reached
+        assert largest.high < 1e-11
 
 
 def test_moved_and_enlarged_meshes_have_the_same_distances() -> None:
@@ -124,6 +125,18 @@ def test_moved_and_enlarged_meshes_have_the_same_distances() -> None:
         )
         assert other.low / size == pytest.approx(first.low, rel=1e-6)
         assert other.high / size == pytest.approx(first.high, rel=1e-6)
+
+
+@pytest.mark.parametrize(("a_size", "b_size"), [(3e38, 1e-300), (1e-300, 3e38)])
+def test_very_large_and_very_small_coordinates(a_size: float, b_size: float) -> None:
+    # Both surfaces contain the origin, and one of them is hardly more than this point.
+    a, b = build_sheet(wave, 3, 3) * a_size, build_sheet(wave, 4, 5) * b_size
+    largest = bound_largest_distance(a, TriangleTree(b), relative_width=0.1, floor=0.0)
+    distance = np.linalg.norm(a / 3e38, axis=-1).max() * 3e38
+    assert largest.low <= distance * (1 + 1e-12)
+    assert largest.high >= distance * (1 - 1e-12)
+    assert largest.reached
+    assert largest.high - largest.low <= 1e-11 * max(a_size, b_size)
 
 
 def test_less_effort_gives_wider_intervals() -> None:
