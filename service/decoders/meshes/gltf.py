@@ -14,12 +14,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from service.bases.arrays import AnyArray, FloatArray, Ints
-from service.decoders.format import FileLimits, build_file_error, build_malformed_error
+from service.decoders.format import FileLimits, build_file_error
 from service.decoders.meshes.content import check_corners, check_indices, check_size
 from service.decoders.meshes.gltf_accessors import Accessors
 from service.decoders.meshes.gltf_file import (
     JsonObject,
     extension_error,
+    find_object,
     list_objects,
     parse_file,
     pick,
@@ -70,18 +71,22 @@ def _find_primitives(mesh: JsonObject, accessors: Accessors) -> list[Primitive]:
     """The primitives of a mesh that have triangles."""
     found = []
     for each in list_objects(mesh, "primitives"):
-        mode, attributes = whole(each.get("mode"), TRIANGLES), each.get("attributes")
-        if not isinstance(attributes, dict):
-            needed = "an object with POSITION"
-            raise build_malformed_error("A primitive has no attributes.", "nothing", needed)
+        mode, attributes = whole(each.get("mode"), TRIANGLES), find_object(each, "attributes")
         if mode not in {TRIANGLES, STRIP, FAN} or "POSITION" not in attributes:
             continue
-        if DRACO in (each.get("extensions") or {}) and not accessors.has_bytes(
-            attributes["POSITION"]
-        ):
+        position = whole(attributes["POSITION"])
+        if DRACO in find_object(each, "extensions") and not accessors.has_bytes(position):
             raise extension_error()
-        position, normal = attributes["POSITION"], attributes.get("NORMAL")
-        primitive = Primitive(position, normal, each.get("indices"), mode)
+        normal, indices = attributes.get("NORMAL"), each.get("indices")
+        if normal is not None and accessors.count(normal) != accessors.count(position):
+            message, got = "A primitive has not a normal for each vertex.", "another number"
+            raise build_file_error(message, got, "a normal for each vertex")
+        primitive = Primitive(
+            position,
+            None if normal is None else whole(normal),
+            None if indices is None else whole(indices),
+            mode,
+        )
         if _count_triangles(primitive, accessors):
             found.append(primitive)
     return found
@@ -102,13 +107,21 @@ def _count_triangles(primitive: Primitive, accessors: Accessors) -> int:
 def _check_sizes(
     placed: Sequence[list[Primitive]], accessors: Accessors, limits: FileLimits
 ) -> None:
-    """Refuse a scene with too many vertices or triangles, of which instances count each."""
+    """Refuse a scene with too many vertices or triangles, of which instances count each.
+
+    Of the vertices that several primitives share, each keeps at most as many as it has corners.
+    """
     sizes: dict[Primitive, tuple[int, int]] = {}
     vertices = triangles = 0
     for several in placed:
         for one in several:
             if one not in sizes:
-                sizes[one] = accessors.count(one.position), _count_triangles(one, accessors)
+                count, own_triangles = (
+                    accessors.count(one.position),
+                    _count_triangles(one, accessors),
+                )
+                check_size(count, own_triangles, limits)
+                sizes[one] = min(count, 3 * own_triangles), own_triangles
             vertices += sizes[one][0]
             triangles += sizes[one][1]
     check_corners(np.full(min(triangles, 1), 3))
@@ -125,25 +138,24 @@ def _read_pieces(used: Sequence[Primitive], accessors: Accessors) -> list[Piece]
         message, needed = "The numbers of the file cannot be read.", "accessors of triangles"
         raise build_file_error(message, "other accessors", needed) from None
     return [
-        _check_piece(one, mesh, *scale)
-        for one, mesh, scale in zip(used, loaded["geometry"].values(), divisors, strict=True)
+        _check_piece(mesh, *scale)
+        for mesh, scale in zip(loaded["geometry"].values(), divisors, strict=True)
     ]
 
 
-def _check_piece(
-    primitive: Primitive, mesh: Mapping[str, Any], divisor: int, normal_divisor: int
-) -> Piece:
+def _check_piece(mesh: Mapping[str, Any], divisor: int, normal_divisor: int) -> Piece:
     """The arrays of trimesh for a primitive, with integers divided by the largest of their type."""
-    vertices = _divide(mesh["vertices"], divisor)
+    vertices, normals = mesh["vertices"], mesh.get("vertex_normals")
     triangles = np.ascontiguousarray(mesh["faces"], np.intp)
     check_indices(triangles, len(vertices))
-    if primitive.normal is None:
-        return Piece(vertices, triangles, None)
-    normals = _divide(mesh["vertex_normals"], normal_divisor)
-    if normals.shape != vertices.shape:
-        message, got = "A primitive has not a normal for each vertex.", f"{len(normals)} normals"
-        raise build_file_error(message, got, f"{len(vertices)}")
-    return Piece(vertices, triangles, normals)
+    if len(vertices) > triangles.size:  # most of them belong to other primitives
+        used, numbers = np.unique(triangles, return_inverse=True)
+        triangles = numbers.reshape(triangles.shape)
+        vertices, normals = vertices[used], None if normals is None else normals[used]
+    positions = _divide(vertices, divisor)
+    return Piece(
+        positions, triangles, None if normals is None else _divide(normals, normal_divisor)
+    )
 
 
 def _divide(numbers: AnyArray, divisor: int) -> FloatArray:

@@ -16,7 +16,7 @@ import numpy as np
 
 from service.bases.arrays import AnyArray
 from service.decoders.format import build_file_error, build_malformed_error
-from service.decoders.meshes.gltf_file import JsonObject, list_objects, pick, whole
+from service.decoders.meshes.gltf_file import JsonObject, find_object, list_objects, pick, whole
 from service.decoders.meshes.gltf_meshopt import unpack_view
 from service.errors import InvalidRequest
 
@@ -136,16 +136,22 @@ class Accessors:
 
     def _apply_changes(self, accessor: Accessor) -> Accessor:
         """A sparse accessor as a dense one."""
-        sparse = accessor.source["sparse"]
-        indices = {"componentType": sparse["indices"]["componentType"]}
-        if indices["componentType"] not in INDICES:
+        sparse = find_object(accessor.source, "sparse")
+        places, values_place = find_object(sparse, "indices"), find_object(sparse, "values")
+        if places.get("componentType") not in INDICES:
             raise build_malformed_error("Indices have another type.", "numbers", "whole numbers")
         kind = "SCALAR" if accessor.width == 1 else "VEC3"
-        count = whole(sparse["count"])
-        rows = self._find_dense(indices, sparse["indices"], count, "SCALAR").read()[:, 0]
-        values = self._find_dense(accessor.source, sparse["values"], count, kind).read()
+        count = whole(sparse.get("count"))
+        if count > accessor.count:
+            message, needed = (
+                "An accessor has more changes than items.",
+                f"at most {accessor.count}",
+            )
+            raise build_file_error(message, str(count), needed)
+        rows = self._find_dense(places, places, count, "SCALAR").read()[:, 0]
+        values = self._find_dense(accessor.source, values_place, count, kind).read()
         numbers = accessor.read()
-        if count > accessor.count or (count and rows.max() >= accessor.count):
+        if count and rows.max() >= accessor.count:
             needed = f"less than {accessor.count}"
             raise build_file_error("A change has no item.", "an index beyond the items", needed)
         numbers[rows] = values

@@ -128,6 +128,16 @@ def list_objects(document: JsonObject, name: str) -> list[JsonObject]:
     return items
 
 
+def find_object(item: JsonObject, name: str) -> JsonObject:
+    """The object that a field of the document has; an empty one if the field is left out."""
+    value = item.get(name, {})
+    if not isinstance(value, dict):
+        raise build_malformed_error(
+            "A field of the document is none.", "another value", "an object"
+        )
+    return value
+
+
 def whole(value: object, default: int | None = None) -> int:
     """A whole number of the document that is not negative."""
     value = default if value is None else value

@@ -12,7 +12,13 @@ from importlib import import_module
 from typing import Any
 
 from service.decoders.format import build_file_error, build_malformed_error
-from service.decoders.meshes.gltf_file import MESHOPT, JsonObject, extension_error, whole
+from service.decoders.meshes.gltf_file import (
+    MESHOPT,
+    JsonObject,
+    extension_error,
+    find_object,
+    whole,
+)
 
 MODES = frozenset({"ATTRIBUTES", "TRIANGLES", "INDICES"})
 FILTERS = frozenset({"NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL"})
@@ -31,15 +37,16 @@ def find_library() -> Any:
 
 def unpack_view(view: JsonObject, buffers: Sequence[bytes]) -> bytes | None:
     """The bytes of a view that is compressed; None if it is not."""
-    fields = (view.get("extensions") or {}).get(MESHOPT)
-    if fields is None:
+    extensions = find_object(view, "extensions")
+    if MESHOPT not in extensions:
         return None
+    fields = find_object(extensions, MESHOPT)
     library = find_library()
     if library is None:
         raise extension_error()
     number, start = whole(fields.get("buffer")), whole(fields.get("byteOffset"), 0)
     count, stride = whole(fields.get("count")), whole(fields.get("byteStride"))
-    mode, applied = fields.get("mode"), fields.get("filter", "NONE")
+    mode, applied = str(fields.get("mode")), str(fields.get("filter", "NONE"))
     end = start + whole(fields.get("byteLength"))
     is_inside = number < len(buffers) and end <= len(buffers[number])
     if mode not in MODES or applied not in FILTERS or not 0 < stride <= MAX_STRIDE:

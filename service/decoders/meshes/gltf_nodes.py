@@ -14,6 +14,7 @@ from service.decoders.format import FileLimits, build_malformed_error, check_ent
 from service.decoders.meshes.gltf_file import (
     JsonObject,
     extension_error,
+    find_object,
     list_objects,
     pick,
     whole,
@@ -62,7 +63,7 @@ def find_placed_meshes(document: JsonObject, limits: FileLimits) -> list[PlacedM
             message, needed = "A node is below two others, or below itself.", "a tree of nodes"
             raise build_malformed_error(message, "a node twice", needed)
         visited.add(number)
-        if INSTANCING in (node.get("extensions") or {}):
+        if INSTANCING in find_object(node, "extensions"):
             raise extension_error()
         matrix = outer
         if not _PLACEMENT.isdisjoint(node):

@@ -52,6 +52,21 @@ def test_strips_and_fans_become_triangles(
         assert found.tolist() in turned  # the same corners, in the same sense
 
 
+def test_primitives_that_share_vertices_have_those_that_they_use() -> None:
+    points = np.random.default_rng(4).normal(size=(1000, 3)).astype("<f4")
+    gltf = Gltf()
+    position, normal = gltf.array(points), gltf.array(points[::-1])
+    faces = np.random.default_rng(5).integers(0, 1000, (40, 2, 3))
+    for rows in faces:
+        indices = gltf.array(rows.ravel(), "u2")
+        gltf.node(mesh=gltf.mesh(POSITION=position, NORMAL=normal, indices=indices))
+    mesh = read("glb", gltf.write())
+    np.testing.assert_array_equal(mesh.corners, points[faces.reshape(-1, 3)])
+    assert mesh.normals is not None
+    np.testing.assert_array_equal(mesh.normals[mesh.triangles], points[::-1][faces.reshape(-1, 3)])
+    assert len(mesh.positions) <= faces.size
+
+
 def test_interleaved_vertices_are_read() -> None:
     gltf = Gltf()
     normals = np.array([[0.0, 0, 1], [0, 1, 0], [1, 0, 0]])
@@ -100,7 +115,7 @@ def test_sparse_accessors_are_read(has_base: bool) -> None:
     gltf.node(mesh=gltf.mesh(POSITION=position, indices=faces))
     expected = np.array(SQUARE) if has_base else np.zeros((4, 3))
     expected[[1, 3]] = [[5, 6, 7], [8, 9, 10]]
-    assert read("glb", gltf.write()).positions.tolist() == expected.tolist()
+    assert read("glb", gltf.write()).corners.tolist() == [expected[[0, 1, 3]].tolist()]
 
 
 def test_nodes_place_meshes_in_the_order_of_the_file() -> None:
@@ -242,6 +257,11 @@ FAULTS = [
     ("accessors/0/componentType", 5125, "malformed_body"),
     ("accessors/0/componentType", 5130, "malformed_body"),
     ("accessors/0/componentType", {}, "malformed_body"),
+    ("accessors/0/sparse", [], "malformed_body"),
+    ("accessors/0/sparse", {}, "malformed_body"),
+    ("bufferViews/0/extensions", 5, "malformed_body"),
+    ("bufferViews/0/extensions", {"EXT_meshopt_compression": []}, "malformed_body"),
+    ("nodes/0/extensions", 5, "malformed_body"),
     ("accessors/0/bufferView", 7, "malformed_body"),
     ("accessors/0/bufferView", -1, "malformed_body"),
     ("accessors/0/byteOffset", 4, "malformed_file"),
@@ -296,6 +316,26 @@ def test_wrong_indices_are_refused() -> None:
         gltf = Gltf()
         gltf.node(mesh=gltf.mesh(POSITION=gltf.array(SQUARE), indices=gltf.array(indices, "u2")))
         assert refuse("glb", gltf.write()) == code
+
+
+def test_counts_beside_positions_are_checked_before_anything_is_allocated() -> None:
+    gltf = Gltf()
+    normals = gltf.accessor(None, "f4", 10**12, 2)
+    gltf.node(mesh=gltf.mesh(POSITION=gltf.array(TRIANGLE), NORMAL=normals))
+    assert refuse("glb", gltf.write()) == "malformed_file"
+    changes = {"count": 10**12, "indices": {"componentType": CODES["u2"]}, "values": {}}
+    gltf = Gltf()
+    gltf.node(mesh=gltf.mesh(POSITION=gltf.accessor(None, "f4", 3, 2, sparse=changes)))
+    assert refuse("glb", gltf.write()) == "malformed_file"
+
+
+def test_changes_are_changes_of_items() -> None:
+    view = np.array([3], "<u2").tobytes()
+    gltf = Gltf()
+    indices = {"componentType": CODES["u2"], "bufferView": gltf.view(view)}
+    changes = {"count": 1, "indices": indices, "values": {}}
+    gltf.node(mesh=gltf.mesh(POSITION=gltf.accessor(None, "f4", 3, 2, sparse=changes)))
+    assert refuse("glb", gltf.write()) == "malformed_file"
 
 
 def test_coordinates_are_finite() -> None:
