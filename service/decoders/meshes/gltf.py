@@ -109,7 +109,7 @@ def _check_sizes(
 ) -> None:
     """Refuse a scene with too many vertices or triangles, of which instances count each.
 
-    Of the vertices that several primitives share, each keeps at most as many as it has corners.
+    Of vertices that several primitives share, each keeps one for a corner at most.
     """
     sizes: dict[Primitive, tuple[int, int]] = {}
     vertices = triangles = 0
