@@ -14,8 +14,8 @@ from service.encoders.format import FileFormat
 
 PNG = FileFormat("png", "PNG, a picture (binary)", "image/png", "png", is_float32=False)
 
-LEVEL = 6
-"""The level of the compressor: higher levels take far more time and save little."""
+LEVEL = 5
+"""The level of the compressor: 6 takes a third more time, and saves a twentieth of the bytes."""
 
 WRITER = f"Pillow {__version__} zlib {features.version('zlib')}"
 
