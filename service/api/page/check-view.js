@@ -12,8 +12,6 @@ import { Box3, BufferAttribute, BufferGeometry, Group, Mesh, Vector3 } from './t
 /** @typedef {import('./colors.js').Palette} Palette */
 /** @typedef {import('./documents.js').Surface} Surface */
 
-/** A place of the surface, or of the mesh, and the text beside it. @typedef {{point: number[], text: string}} Mark */
-
 /** Half the width of what the view shows around a mark, as a share of the diagonal of the mesh. */
 const NEAR = 0.1;
 
@@ -42,7 +40,7 @@ export class CheckView {
 
   /**
    * @param {Surface} surface  in whose coordinates the mesh is @param {Report} report
-   * @param {number} range  the largest distance of the scale of colours @param {Mark[]} marks
+   * @param {number} range  the largest distance of the scale of colours @param {number[][]} marks  places of the surface or of the mesh
    */
   show(surface, { mesh: { vertices, faces }, distances, middle_distances: middles = [] }, range, marks) {
     this.forget();
@@ -64,7 +62,7 @@ export class CheckView {
     mesh.updateMatrixWorld(true);
     const [radius, room] = [view.stage.radius(), view.stage.box.clone()];
     view.showCover(this);
-    marks.forEach(({ point, text }, i) => this.pins[i].show(toScene(surface, point), text));
+    marks.forEach((point, i) => this.pins[i].show(toScene(surface, point), String(i + 1)));
     // A mesh elsewhere, or in other units, is out of sight.
     const isInSight = room.expandByScalar(0.2 * radius).containsBox(this.bounds());
     if (!isInSight || view.stage.radius() < 0.5 * radius) view.fit();

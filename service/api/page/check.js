@@ -68,10 +68,7 @@ export class Check {
   show(name, report) {
     const { surface_to_mesh: first, mesh_to_surface: second } = report;
     const range = second.high || 1;
-    this.checkView?.show(this.state.surface, report, range, [
-      { point: first.point, text: `1: ${describeInterval(first.low, first.high)}` },
-      { point: second.point, text: `2: ${describeInterval(second.low, second.high)}` },
-    ]);
+    this.checkView?.show(this.state.surface, report, range, [first.point, second.point]);
     this.panel.show(name, report, range);
     this.isShown = true;
     announce(`${name} is checked. From the surface to the mesh: ${describeInterval(first.low, first.high)}. `
