@@ -44,9 +44,16 @@ REFERENCE_GROWTH, LEAST_REFERENCE = 10.0, 1 << 15
 """A reference mesh may have this number of triangles for each of the given mesh, divided by the
 relative tolerance; and always `LEAST_REFERENCE`. Good meshes usually need a third of it."""
 
-MESH_BYTES, TRIANGLE_SECONDS, ANSWER_BYTES = 700, 2e-4, 4000
-"""Bytes for each triangle of the given and the reference mesh, while distances between them are
-searched; the time for each; and bytes of the answer without lists."""
+GIVEN_BYTES, REFERENCE_BYTES, SEARCH_BYTES = 3000, 1200, 64 << 20
+"""Bytes for each triangle of the given mesh, of which all may be needles, and for each of the
+reference mesh, while distances between them are searched; and for arrays of pieces of triangles."""
+
+REFERENCE_LIMIT = 2 / 3
+"""The share of the memory that is left for reference meshes with which they are planned: the third
+of it that a mesh may take becomes less than all with `REFERENCE_BYTES`."""
+
+TRIANGLE_SECONDS, ANSWER_BYTES = 2e-4, 4000
+"""The time for each triangle of the given mesh, and bytes of the answer without lists."""
 
 _NPZ = BY_NAME["npz"]
 """Reference meshes are those that this format would store: in double precision, groups as one."""
@@ -62,19 +69,26 @@ def plan_check(
     InvalidRequest, TooLarge
         As those of a mesh of the surface by tolerance.
     """
-    count = len(mesh.triangles)
-    growth = ceil(REFERENCE_GROWTH / query.relative_tolerance)
-    accuracy = Accuracy(max_triangles=max(growth * count, LEAST_REFERENCE), two_sided=True)
-    with _locating():
-        plan = build_plan(surface, MeshOptions(accuracy=accuracy), _NPZ, limits=limits)
+    count, where, instead = len(mesh.triangles), "/mesh", "a mesh of fewer triangles"
     file_bytes = ANSWER_BYTES
     if query.distances:
         numbers = 4 * len(mesh.positions) + 4 * count
         file_bytes += numbers * (FLOAT64_CHARS + 2)
-    limits.check_bytes(file_bytes, "/mesh")
-    triangles = count + plan.max_triangles
-    memory = plan.cost.memory + MESH_BYTES * triangles + 2 * file_bytes
-    limits.check_memory(memory, "The check", "/mesh", "a mesh of fewer triangles")
+    limits.check_bytes(file_bytes, where)
+    own_memory = GIVEN_BYTES * count + SEARCH_BYTES + 2 * file_bytes
+    limits.check_memory(own_memory, "The check", where, instead)
+    allowed = int(REFERENCE_LIMIT * (limits.max_memory - own_memory))
+    growth = ceil(REFERENCE_GROWTH / query.relative_tolerance)
+    accuracy = Accuracy(max_triangles=max(growth * count, LEAST_REFERENCE), two_sided=True)
+    with _locating():
+        plan = build_plan(
+            surface,
+            MeshOptions(accuracy=accuracy),
+            _NPZ,
+            limits=replace(limits, max_memory=allowed),
+        )
+    memory = own_memory + plan.cost.memory + REFERENCE_BYTES * plan.max_triangles
+    limits.check_memory(memory, "The check", where, instead)
     cost = Cost(memory, plan.cost.seconds + TRIANGLE_SECONDS * count, file_bytes)
     return Work(cost, partial(_check, plan, surface, mesh, query))
 

@@ -129,3 +129,16 @@ def test_memory_stays_below_its_prediction(name: str) -> None:
     finally:
         tracemalloc.stop()
     assert peak <= work.cost.memory
+
+
+def test_with_little_memory_the_intervals_are_wider() -> None:
+    """The reference mesh gets the memory that is left."""
+    surface = find("saddle").surface()
+    mesh = GivenMesh(*make_mesh(surface, 2e-3))
+    most = plan_check(surface, mesh, CheckQuery())
+    limits = Limits(max_memory=most.cost.memory * 4 // 5)
+    less = plan_check(surface, mesh, CheckQuery(), limits)
+    assert less.cost.memory <= limits.max_memory
+    answer = json.loads(less.run())
+    assert (answer["reached"], answer["limit"]) == (False, "work")
+    assert answer["surface_to_mesh"]["low"] <= 2e-3 * surface.lower().diagonal

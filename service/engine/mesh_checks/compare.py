@@ -40,6 +40,10 @@ REFERENCE_SHARE, SEARCH_SHARE = 0.36, 0.25
 """The tolerance of a reference mesh, and the width of an interval between two meshes, as shares of
 the allowed width. The second bound of a reference mesh is up to twice its tolerance."""
 
+EFFORT, LEAST_EFFORT = 16, 1 << 16
+"""The most pieces of triangles that a search between two meshes examines: for each of their
+triangles, and in addition. Usually 6 for each triangle are enough."""
+
 POINT_ERROR = 2.0**-44
 """The rounding of a point of the surface or of a triangle, as a share of the largest coordinate."""
 
@@ -177,6 +181,7 @@ class _Task:
             tree,
             relative_width=SEARCH_SHARE * self._query.relative_tolerance,
             floor=SEARCH_SHARE * self._floor,
+            effort=LEAST_EFFORT + EFFORT * (len(corners) + len(tree.order)),
         )
 
 
