@@ -27,6 +27,7 @@ OPERATIONS = {
     "projectPoints": "/v1/project",
     "intersectSurface": "/v1/intersect",
     "measureSurface": "/v1/measure",
+    "checkMesh": "/v1/check",
     "convertSurface": "/v1/convert",
 }
 """The path of each operation that may be a part."""
