@@ -128,13 +128,9 @@ def test_a_mesh_has_the_colours_of_its_distances(modules: Page) -> None:
             };
             const surfaceView = { materials: new Map(), clippingPlanes: [] };
             const check = new CheckView({ stage, surfaceView, showCover() {}, fit() {} });
-            const results = [];
-            for (const middles of [report.middle_distances, undefined]) {
-                check.show({ up: 'z' }, { ...report, middle_distances: middles }, 0.2, []);
-                const { attributes, index } = check.mesh.geometry;
-                results.push([attributes, index]);
-            }
-            const [[{ color, position, normal }, index], [, plain]] = results;
+            check.show({ up: 'z' }, report, 0.2, []);
+            const { attributes: { color, position, normal }, index } = check.mesh.geometry;
+            const plain = check.outline.geometry.index;
             const list = ({ array }) => [...array];
             return [list(color), list(position), list(normal), list(index), list(plain)];
         }""",

@@ -18,6 +18,7 @@ from service.pipeline.mesh import render
 from service.settings.values import Settings
 from service.surface.examples.catalogue import find
 from tests.api.fake_jobs import FakeJobs
+from tests.web.test_editor_files import drop
 from tools.browser import Stage
 from tools.editor import READY, SADDLE, open_editor, read_value
 from tools.live import run_service
@@ -27,7 +28,7 @@ MESH = render(find("saddle").surface(), MeshOptions(resolution=(2, 2)), BY_NAME[
 
 @dataclass
 class SlowService:
-    """A service that, while `is_slow`, has too little time for meshes, but not for jobs."""
+    """A service that, while `is_slow`, has time for meshes and checks in jobs only."""
 
     jobs: FakeJobs = field(default_factory=FakeJobs)
     is_slow: bool = False
@@ -39,7 +40,8 @@ class SlowService:
         async def respond(scope: Scope, receive: Receive, send: Send) -> None:
             self.loop = asyncio.get_running_loop()
             prefers_job = any(name == b"prefer" for name, _ in scope.get("headers", ()))
-            if scope.get("path") == "/v1/mesh" and self.is_slow and not prefers_job:
+            is_long = scope.get("path") in ("/v1/mesh", "/v1/check")
+            if is_long and self.is_slow and not prefers_job:
                 await problem_response(problem_of(OutOfTime()))(scope, receive, send)
             else:
                 await app(scope, receive, send)
@@ -51,6 +53,13 @@ class SlowService:
         assert self.loop is not None
         id = list(self.jobs.states)[-1]
         self.loop.call_soon_threadsafe(self.jobs.end_part, id, 0, result)
+
+    def cancel_job(self) -> None:
+        """Cancels the newest job, as another of its askers may."""
+        assert self.loop is not None
+        id = list(self.jobs.states)[-1]
+        self.jobs.states[id] = replace(self.jobs.states[id], state="cancelled")
+        self.loop.call_soon_threadsafe(self.jobs.changed.set)
 
 
 @pytest.fixture(scope="module")
@@ -87,6 +96,24 @@ def test_a_button_stops_the_job(slow_editor: tuple[Stage, SlowService]) -> None:
     stage.page.wait_for_selector("#problem-title:text('Stopped')")
     assert stage.page.is_hidden("#busy")
     assert list(service.jobs.states.values())[-1].state == "cancelled"
+
+
+@pytest.mark.parametrize("is_here", [True, False])
+def test_a_long_check_is_a_job_that_is_stopped_here_or_elsewhere(
+    slow_editor: tuple[Stage, SlowService], *, is_here: bool
+) -> None:
+    stage, service = slow_editor
+    # Equal calls have one job.
+    drop(stage.page, {"part.stl": b"solid %d\nfacet normal 0 0 1\n" % is_here})
+    stage.page.wait_for_selector("#busy-detail:text('as a job, queued')")
+    if is_here:
+        stage.page.click("#busy-stop")
+    else:
+        service.cancel_job()
+    stage.page.wait_for_selector("#problem-title:text('Stopped')")
+    assert list(service.jobs.states.values())[-1].state == "cancelled"
+    assert stage.page.locator("#check").count() == 0
+    stage.page.click("#problem-close")
 
 
 def test_a_change_replaces_the_job(slow_editor: tuple[Stage, SlowService]) -> None:

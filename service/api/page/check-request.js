@@ -1,6 +1,6 @@
 // Asks the service to check a mesh against a surface.
 
-import { describeProgress } from './mesh.js';
+import { describeProgress, explainAbort } from './mesh.js';
 import { checkSize } from './read-files.js';
 import { client, define } from './service.js';
 
@@ -13,7 +13,7 @@ import { client, define } from './service.js';
 /**
  * What the service has found; the mesh as it has read it; and the distances of its vertices and of the middles
  * of its triangles.
- * @typedef {MeshCheck & Required<Pick<MeshCheck, 'mesh' | 'distances'>> & {middle_distances?: number[]}} Report
+ * @typedef {MeshCheck & Required<Pick<MeshCheck, 'mesh' | 'distances' | 'middle_distances'>>} Report
  */
 
 /**
@@ -30,5 +30,9 @@ export async function requestCheck(surface, address, { content, format, maxBytes
   }
   const mesh = /** @type {import('surface-service').MeshBlob} */ ({ file: content, format });
   const call = { signal, onProgress: (/** @type {import('surface-service').Progress} */ progress) => tell(describeProgress(progress)) };
-  return /** @type {Report} */ (await client.check(address || define(surface), mesh, { distances: true }, call));
+  try {
+    return /** @type {Report} */ (await client.check(address || define(surface), mesh, { distances: true }, call));
+  } catch (error) {
+    throw explainAbort(error, signal);
+  }
 }

@@ -42,7 +42,7 @@ export class CheckView {
    * @param {Surface} surface  in whose coordinates the mesh is @param {Report} report
    * @param {number} range  the largest distance of the scale of colours @param {number[][]} marks  places of the surface or of the mesh
    */
-  show(surface, { mesh: { vertices, faces }, distances, middle_distances: middles = [] }, range, marks) {
+  show(surface, { mesh: { vertices, faces }, distances, middle_distances: middles }, range, marks) {
     this.forget();
     const { mesh, view } = this;
     // Coordinates far from the origin would lose digits as float32: the vertices are relative to the first one.
@@ -54,7 +54,7 @@ export class CheckView {
     plain.setIndex(new BufferAttribute(Uint32Array.from(faces.flat()), 1));
     plain.computeVertexNormals();
     this.outline.geometry = plain;
-    mesh.geometry = middles.length > 0 ? addMiddles(plain, faces) : plain.clone();
+    mesh.geometry = addMiddles(plain, faces);
     mesh.geometry.setAttribute('color', new BufferAttribute(curvatureColors([...distances, ...middles], range), 3));
     mesh.position.fromArray(toScene(surface, origin));
     this.material.clippingPlanes = view.surfaceView.clippingPlanes;

@@ -44,9 +44,14 @@ export async function mesh({ surface, ...options }, { address = '', format = 'gl
     const file = format === 'json' ? new TextEncoder().encode(JSON.stringify(content)).buffer : content;
     return { content: file, serverTime: isJob ? null : time, roundTrip: performance.now() - start };
   } catch (error) {
-    const isWithdrawn = error instanceof DOMException && error.name === 'AbortError' && !signal.aborted;
-    throw isWithdrawn ? new Stopped('The job') : error;
+    throw explainAbort(error, signal);
   }
+}
+
+/** The error of a call: one that was not aborted here had a job that was withdrawn. @param {unknown} error @param {AbortSignal} signal */
+export function explainAbort(error, signal) {
+  const isWithdrawn = error instanceof DOMException && error.name === 'AbortError' && !signal.aborted;
+  return isWithdrawn ? new Stopped('The job') : error;
 }
 
 /** How far a call is, in words. @param {Progress} progress */
