@@ -40,9 +40,10 @@ from service.pipeline.parts import has_breps, prepare_part, require_exact
 from service.surface.given_mesh import GivenMesh
 from service.surface.sizes import SurfaceKind
 
-REFERENCE_GROWTH, LEAST_REFERENCE = 10.0, 1 << 15
+REFERENCE_GROWTH, LEAST_REFERENCE = 16.0, 1 << 17
 """A reference mesh may have this number of triangles for each of the given mesh, divided by the
-relative tolerance; and always `LEAST_REFERENCE`. Good meshes usually need a third of it."""
+relative tolerance; and always `LEAST_REFERENCE`. Meshes of spheres need a fifth of it, and those of
+cylinders, of which few long triangles are near the surface, all of it and more."""
 
 GIVEN_BYTES, REFERENCE_BYTES, SEARCH_BYTES = 3000, 1200, 64 << 20
 """Bytes for each triangle of the given mesh, of which all may be needles, and for each of the

@@ -135,8 +135,8 @@ def test_with_little_memory_the_intervals_are_wider() -> None:
     """The reference mesh gets the memory that is left."""
     surface = find("saddle").surface()
     mesh = GivenMesh(*make_mesh(surface, 2e-3))
-    most = plan_check(surface, mesh, CheckQuery())
-    limits = Limits(max_memory=most.cost.memory * 4 // 5)
+    limits = Limits(max_memory=112 << 20)
+    assert plan_check(surface, mesh, CheckQuery()).cost.memory > limits.max_memory
     less = plan_check(surface, mesh, CheckQuery(), limits)
     assert less.cost.memory <= limits.max_memory
     answer = json.loads(less.run())
