@@ -56,7 +56,8 @@ class LargestDistance:
     low, high : float
         low ≤ D ≤ high.
     point : ndarray of float64, shape (3,)
-        A point of A, up to rounding, whose distance from B is at least `low`.
+        A point of A whose distance from B is at least `low`, but for the rounding of its
+        coordinates.
     source, target : int
         The triangle of A with this point, and the nearest triangle of B.
     vertex_low : float
