@@ -60,12 +60,6 @@ class LargestDistance:
         coordinates.
     source, target : int
         The triangle of A with this point, and the nearest triangle of B.
-    vertex_low : float
-        The largest distance of a vertex of A is at least this.
-    vertex : ndarray of float64, shape (3,)
-        This vertex.
-    vertex_source, vertex_corner, vertex_target : int
-        A triangle of A with this vertex, its number 0, 1 or 2 there, and the nearest triangle of B.
     reached : bool
         Whether the interval is as narrow as it was to be, or as rounding allows.
     """
@@ -75,11 +69,6 @@ class LargestDistance:
     point: FloatArray
     source: int
     target: int
-    vertex_low: float
-    vertex: FloatArray
-    vertex_source: int
-    vertex_corner: int
-    vertex_target: int
     reached: bool
 
 
@@ -122,8 +111,8 @@ class _Search:
     ----------
     low, high : float
         Bounds without rounding: of measured points, and of pieces that have ended.
-    error, loss : float
-        Bounds of the errors of distances of vertices, and of pieces.
+    loss : float
+        Bound of the errors of distances of pieces.
     """
 
     def __init__(
@@ -137,14 +126,13 @@ class _Search:
         self.tree, self.frames = tree, tree.frames
         self.relative_width, self.floor = relative_width, floor * tree.scale
         self.effort = effort
-        self.corners = corners
         points = corners.reshape(-1, 3) + 0.0  # equal rows have equal bits: no −0
         first, number = unique_rows(points)
         self.vertices = tree.to_frame(points[first])
         self.first, self.number = first, number.reshape(-1, 3)
         self.reach = measure_reach(self.vertices)
-        self.error = self.frames.bound_error(self.reach)
-        self.loss = self.error + MAX_CUTS * CUT_ERROR * (self.reach + self.frames.reach)
+        self.loss = self.frames.bound_error(self.reach)
+        self.loss += MAX_CUTS * CUT_ERROR * (self.reach + self.frames.reach)
         self.cutter = Cutter(self.frames, self.reach)
         self.low, self.high = -1.0, 0.0
         self.point, self.source, self.slot = self.vertices[:, 0], 0, 0
@@ -152,10 +140,7 @@ class _Search:
     def run(self) -> LargestDistance:
         """The interval."""
         slots, squares = search_slots(self.tree, self.vertices)
-        worst = int(squares.argmax())
-        place = int(self.first[worst])
         self._raise_low(self.vertices, squares, slots, self.first // 3)
-        vertex_low, vertex_target = self.low, int(self.tree.order[slots[worst]])
         self._search(slots, np.sqrt(squares))
         low, high = max(self.low - self.loss, 0.0), max(self.high, self.low) + self.loss
         scale = self.tree.scale
@@ -165,11 +150,6 @@ class _Search:
             point=self.tree.from_frame(self.point[:, np.newaxis])[0],
             source=self.source,
             target=int(self.tree.order[self.slot]),
-            vertex_low=max(vertex_low - self.error, 0.0) / scale,
-            vertex=self.corners[place // 3, place % 3],
-            vertex_source=place // 3,
-            vertex_corner=place % 3,
-            vertex_target=vertex_target,
             reached=high - low <= max(self.relative_width * high, self.floor, 4 * self.loss),
         )
 

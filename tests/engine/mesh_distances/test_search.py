@@ -62,15 +62,9 @@ def test_intervals_contain_samples_and_are_narrow(name: str) -> None:
     assert largest.high - largest.low <= max(0.05 * largest.high, 1e-12)
     samples = find_nearest(tree, sample_triangles(a, 4000))
     assert samples.low.max() <= largest.high
-    # The places that are named have these distances.
-    places = find_nearest(tree, np.array([largest.point, largest.vertex]))
-    assert places.high[0] >= largest.low
-    assert places.high[1] >= largest.vertex_low
-    assert largest.vertex_low <= largest.low * (1 + 1e-9) + 1e-9
-    assert (a[largest.vertex_source, largest.vertex_corner] == largest.vertex).all()
-    vertices = find_nearest(tree, a.reshape(-1, 3))
-    assert largest.vertex_low <= vertices.high.max()
-    assert vertices.low.max() <= largest.vertex_low + 1e-6 * largest.high + 1e-12
+    # The place that is named has this distance.
+    assert find_nearest(tree, largest.point[np.newaxis]).high[0] >= largest.low
+    assert find_nearest(tree, a.reshape(-1, 3)).low.max() <= largest.high
 
 
 @pytest.mark.parametrize(
@@ -175,8 +169,6 @@ def test_any_triangles(corners: NDArray[np.int8], count: int, exponent: int) -> 
     distances = measure_exactly(sample_triangles(a, 20), b).min(axis=1)
     assert distances.max() <= largest.high + 1e-14 * size
     assert measure_exactly(largest.point[np.newaxis], b).min() >= largest.low - 1e-14 * size
-    vertices = measure_exactly(a.reshape(-1, 3), b).min(axis=1)
-    assert largest.vertex_low <= vertices.max() <= largest.vertex_low + 1e-12 * size
 
 
 def test_a_search_can_be_cancelled() -> None:
