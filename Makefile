@@ -16,6 +16,8 @@ NPM     := PATH="$$PATH:$(abspath $(BIN))" npm --loglevel=error
 # Open CASCADE, with which `make bench-occ` compares.
 OCC     := cadquery-ocp==8.0.1.1.0
 LIB3MF  := lib3mf==2.5.0
+# Mesh makers, which `make judge-peers` compares.
+PEERS   := gmsh==4.15.2 netgen-mesher==6.2.2608 arris==0.9.1 splinepy==0.2.1 geomdl
 # Spline libraries, with which `make bench-queries` compares.
 SPLINES := splinepy==0.2.1 geomdl
 # The S3 server of `make test-s3`.
@@ -45,7 +47,7 @@ SWAGGER := service/api/static/swagger-ui
 BUNDLES := service/api/static/page
 
 .DEFAULT_GOAL := help
-.PHONY: help serve test check format openapi types generated bench bench-occ bench-queries test-slow test-disk test-s3 test-cad test-api test-attack fuzz test-generators test-jobs test-rolling test-upgrade lint-deploy certify judge judge-files judge-queries memory test-recipes test-libraries test-properties web client picture lock image image-test sbom audit licences release-check clean
+.PHONY: help serve test check format openapi types generated bench bench-occ bench-queries test-slow test-disk test-s3 test-cad test-api test-attack fuzz test-generators test-jobs test-rolling test-upgrade lint-deploy certify judge judge-files judge-meshes judge-peers judge-queries memory test-recipes test-libraries test-properties web client picture lock image image-test sbom audit licences release-check clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-13s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -95,6 +97,15 @@ bench-occ: $(VENV)/.dev build/occ/.ready ## Measure meshes by tolerance, meshes 
 judge-files: $(VENV)/.dev build/occ/.ready ## Judge the readers of CAD files: 216 files that Open CASCADE writes, some three minutes
 	build/occ/bin/python -m tools.cad_files.write build/cad_files > /dev/null
 	$(BIN)/python -m tools.cad_files.judge build/cad_files/expected.jsonl build/cad_files/*.step build/cad_files/*.igs 2> build/cad_files/results.jsonl
+
+judge-meshes: $(VENV)/.dev ## Compare the intervals of checks with dense samples for 1,000 meshes, and plant 200 faults (half an hour)
+	$(BIN)/python -m tools.judge_meshes
+	$(BIN)/python -m tools.judge_meshes.faults
+
+# gmsh needs libraries that draw: on Debian libglu1-mesa, libxcursor1, libxft2 and libxinerama1.
+judge-peers: $(VENV)/.dev build/occ/.ready build/peers/.ready ## Make meshes by Open CASCADE, arris, gmsh, Netgen, geomdl, splinepy and ours, and judge them (20 minutes)
+	build/occ/bin/python -m tools.judge_peers.parts build/judge_peers/parts > /dev/null
+	$(BIN)/python -m tools.judge_peers
 
 bench-queries: $(VENV)/.dev build/occ/.ready build/splines/.ready ## Measure queries, also to parts; against Open CASCADE, splinepy and geomdl
 	$(BIN)/python -m tools.benchmarks queries
@@ -261,6 +272,14 @@ build/splines/.ready: Makefile constraints.txt
 	$(PYTHON) -m venv build/splines
 	build/splines/bin/python -m pip --disable-pip-version-check --quiet install \
 	  --constraint constraints.txt $(SPLINES) numpy
+	touch $@
+
+# splinepy merges vertices with SciPy.
+build/peers/.ready: Makefile constraints.txt
+	@echo 'Installing mesh makers into build/peers …'
+	$(PYTHON) -m venv build/peers
+	build/peers/bin/python -m pip --disable-pip-version-check --quiet install \
+	  --constraint constraints.txt $(PEERS) scipy numpy
 	touch $@
 
 build/checkov/.ready: Makefile

@@ -1,0 +1,1 @@
+"""Judges meshes of the service and of other mesh makers by `POST /v1/check`: `make judge-peers`."""
