@@ -193,7 +193,8 @@ def test_instances_stop_in_order_while_a_job_ends() -> None:
             disk.set(gate=asyncio.Event(), durable_waits=True)
             disk.set(waits=lambda key: key.endswith("state.json"))
             instance.engine.gate.set()
-            await until(lambda: len(instance.engine.names) == 3)
+            await until(lambda: all(each.is_ending for each in instance.jobs.open_jobs))
+            assert len(instance.engine.names) == 3
             stopping = asyncio.create_task(instance.stop())
             await asyncio.sleep(0.05)
             disk.gate.set()
