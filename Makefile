@@ -42,6 +42,8 @@ SCHEMATHESIS := schemathesis==4.32.5 hypothesis==6.170.15 backports.zstd==1.8.0
 GENERATORS := openapi-python-client==0.29.1 datamodel-code-generator==0.89.0
 FUZZER  := atheris==3.0.0
 SECONDS ?= 600
+# The tolerance of `make judge-peers`, as a share of the diagonal.
+RELATIVE ?= 1e-2
 CASES   ?= 20000
 SWAGGER := service/api/static/swagger-ui
 BUNDLES := service/api/static/page
@@ -105,7 +107,7 @@ judge-meshes: $(VENV)/.dev ## Compare the intervals of checks with dense samples
 # gmsh needs libraries that draw: on Debian libglu1-mesa, libxcursor1, libxft2 and libxinerama1.
 judge-peers: $(VENV)/.dev build/occ/.ready build/peers/.ready ## Make meshes by Open CASCADE, arris, gmsh, Netgen, geomdl, splinepy and ours, and judge them (20 minutes)
 	build/occ/bin/python -m tools.judge_peers.parts build/judge_peers/parts > /dev/null
-	$(BIN)/python -m tools.judge_peers
+	$(BIN)/python -m tools.judge_peers $(RELATIVE)
 
 bench-queries: $(VENV)/.dev build/occ/.ready build/splines/.ready ## Measure queries, also to parts; against Open CASCADE, splinepy and geomdl
 	$(BIN)/python -m tools.benchmarks queries

@@ -26,7 +26,7 @@ from tools.certify.surfaces import FAMILIES
 from tools.judge_meshes.cases import LEFT_OUT, Case, build_surface
 from tools.judge_meshes.compare import check
 from tools.judge_meshes.meshes import Random, draw_direction, get_size, mesh_by_tolerance
-from tools.judge_meshes.truths import Truth
+from tools.judge_meshes.truths import Truth, spread_points
 
 RELATIVE = 1e-2
 """The tolerance of the good meshes, as a share of the diagonal."""
@@ -54,17 +54,19 @@ class Planted:
 
 def move_vertex(mesh: GivenMesh, truth: Truth, rng: Random) -> Planted:
     """A vertex, with all its copies, moved so far that no other point is as far away."""
-    positions, used = np.array(mesh.positions), np.unique(mesh.triangles)
-    places = np.stack([positions + 0.0]).reshape(-1, 3)
+    used = np.unique(mesh.triangles)
     for _ in range(20):
         row = rng.choice(used)
-        moved = positions[row] + get_size(mesh) * rng.uniform(*FAR) * draw_direction(rng)
+        moved = mesh.positions[row] + get_size(mesh) * rng.uniform(*FAR) * draw_direction(rng)
+        copies = (mesh.positions == mesh.positions[row]).all(axis=1)
+        positions = np.where(copies[:, np.newaxis], moved, mesh.positions)
+        faulty = GivenMesh(positions, np.array(mesh.triangles))
         distance = float(truth.measure_points(moved[np.newaxis])[0])
-        if distance > FAR[0] / 2 * get_size(mesh):
+        around = spread_points(faulty.corners[copies[mesh.triangles].any(axis=1)])
+        # The triangles around the vertex are near the surface, or else another point is farthest.
+        is_farthest = truth.measure_points(around).max() <= distance * (1 + 1e-9)
+        if is_farthest and distance > FAR[0] / 2 * get_size(mesh):
             break
-    copies = (places == places[row]).all(axis=1)
-    positions[copies] = moved
-    faulty = GivenMesh(positions, np.array(mesh.triangles))
 
     def find_missing(good: dict[str, Any], answer: dict[str, Any]) -> list[str]:
         del good

@@ -1,11 +1,12 @@
 """Makes meshes by all makers, judges them, and prints a section of docs/judge.md.
 
-    python -m tools.judge_peers [--continue] [surface …]
+    python -m tools.judge_peers TOLERANCE [--continue] [surface …]
 
-`make judge-peers` installs the makers into Pythons of their own; makers that are not installed are
-left out. Meshes are in build/judge_peers/meshes, and rows in build/judge_peers/rows.json. With
-`--continue`, those that are there are not made again: after a run that was ended, and, without the
-rows, to judge the same meshes again. Progress is printed to the standard error.
+The tolerance is a share of the diagonal. `make judge-peers` installs the makers into Pythons of
+their own; makers that are not installed are left out. Meshes are in build/judge_peers/meshes, and
+rows in build/judge_peers/rows.json. With `--continue`, those that are there are not made again:
+after a run that was ended, for the rows of several tolerances, and, without the rows, to judge the
+same meshes again. Progress is printed to the standard error.
 """
 
 import sys
@@ -26,7 +27,6 @@ from tools.judge_peers.table import OURS, write_section
 from tools.judge_peers.wishes import Wish
 
 FOLDER = Path("build/judge_peers")
-TOLERANCES = 1e-2, 1e-3
 CONTINUE = "--continue"
 
 MAX_TRIANGLES = 1_000_000
@@ -80,7 +80,7 @@ def main(arguments: Sequence[str]) -> int:
     """Judges all surfaces, or the named ones; returns the exit status."""
     meshes, path, keeps = FOLDER / "meshes", FOLDER / "rows.json", CONTINUE in arguments
     meshes.mkdir(parents=True, exist_ok=True)
-    names = [name for name in arguments if name != CONTINUE]
+    relative, *names = [name for name in arguments if name != CONTINUE]
     runners = [Runner(maker, meshes, keeps) for maker in MAKERS]
     runners = [runner for runner in runners if runner.python.exists()]
     rows, versions = load(path) if keeps and path.exists() else ([], {OURS: __version__})
@@ -90,17 +90,16 @@ def main(arguments: Sequence[str]) -> int:
         if not names or name in names
     ]
     known = {(row.case, row.relative) for row in rows}
-    tasks = [(case, relative) for relative in TOLERANCES for case in cases]
     try:
-        for case, relative in tasks:
-            if (case.name, relative) in known:
+        for case in cases:
+            if (case.name, float(relative)) in known:
                 continue
             start = time.monotonic()
-            rows += judge_case(case, relative, runners)
+            rows += judge_case(case, float(relative), runners)
             versions |= {each.maker.name: each.version for each in runners if each.version}
             save(rows, versions, path)
             seconds = time.monotonic() - start
-            print(f"{case.name} at {relative:g}: {seconds:.1f} s", file=sys.stderr, flush=True)
+            print(f"{case.name} at {relative}: {seconds:.1f} s", file=sys.stderr, flush=True)
     finally:
         for runner in runners:
             runner.close()

@@ -36,16 +36,16 @@ def _write_introduction(rows: Sequence[Row], tolerances: Sequence[float]) -> lis
     count = len({row.case for row in rows})
     listed = " and ".join(f"{each:g}" for each in tolerances)
     return [
-        f"Each maker got the same {count} surfaces with the same request: tolerances of {listed}",
+        f"Each maker got the same {count} surfaces with the same request: a tolerance of {listed}",
         "of the diagonal. Each mesh was judged as `POST /v1/check` does. The makers that read CAD",
         "files got STEP files: of the built-in and random surfaces those that the service writes,",
         "of the parts those of Open CASCADE. The others got control nets; surfaces with trimmed",
         "faces, triangular patches or placed members have no such nets. Tubes and ribbons cannot",
         "be written as STEP.",
         "",
-        "`make judge-peers` makes all meshes again and prints this section; it takes about a",
-        "quarter of an hour on two cores. Distances and counts are the same on every machine, as",
-        "far as the makers are deterministic. Times are those of meshing alone, and of the service",
+        "`make judge-peers` makes all meshes again and prints this section; with `RELATIVE=1e-3`",
+        "for a tenth of the tolerance. Distances and counts are the same on every machine, as far",
+        "as the makers are deterministic. Times are those of meshing alone, and of the service",
         "from the parsed request to the file.",
     ]
 
