@@ -147,7 +147,7 @@ def list_nets(surface: SurfaceKind) -> list[dict[str, Array]]:
     if isinstance(surface, MultipatchSurface):
         members = [list_nets(member) for member in surface.surfaces]
         return [net for nets in members for net in nets] if all(members) else []
-    if isinstance(surface, BsplineSurface) and not _is_periodic(surface):
+    if isinstance(surface, BsplineSurface) and _is_clamped(surface):
         net, weights = surface.control_net, surface.weights
         return [_write_net(net, weights, surface.degree, surface.knot_vectors)]
     if isinstance(surface, BrepSurface | GroupSurface):
@@ -168,8 +168,12 @@ def list_nets(surface: SurfaceKind) -> list[dict[str, Array]]:
     return nets
 
 
-def _is_periodic(surface: BsplineSurface) -> bool:
-    return any(isinstance(knots, str) and knots == "periodic" for knots in surface.knots)
+def _is_clamped(surface: BsplineSurface) -> bool:
+    """Whether the domain begins at the first knot and ends at the last, as libraries expect."""
+    if any(isinstance(knots, str) and knots == "periodic" for knots in surface.knots):
+        return False
+    pairs = zip(surface.knot_vectors, surface.degree, strict=True)
+    return all(knots[0] == knots[p] and knots[-1] == knots[-p - 1] for knots, p in pairs)
 
 
 def _write_net(
