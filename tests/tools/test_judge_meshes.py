@@ -98,10 +98,10 @@ def test_intervals_hold_against_dense_samples(case: Case) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("first", range(12))
+@pytest.mark.parametrize("first", range(4))
 def test_intervals_of_more_meshes_hold(first: int) -> None:
     """`make judge-meshes` judges all of them."""
-    cases = list(list_cases())[7 * first :: 149]
+    cases = list(list_cases())[7 * first :: 211]
     assert [finding for case in cases for finding in judge_case(case).faults] == []
 
 
@@ -112,9 +112,10 @@ def test_a_planted_fault_is_found(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("first", range(10))
-def test_two_hundred_planted_faults_are_found(first: int) -> None:
+@pytest.mark.parametrize("first", range(3))
+def test_planted_faults_are_found_on_more_surfaces(first: int) -> None:
+    """`make judge-meshes` plants 200."""
     cases, names = list_surfaces(), list(FAULTS)
-    for seed in range(20 * first, 20 * first + 20):
+    for seed in range(32 * first, 32 * first + 8):
         case, name = cases[seed // len(names) % len(cases)], names[seed % len(names)]
         assert try_fault(case, name, seed) == [], (case, name, seed)
