@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from service.api.body import BodyRoute, PostedFile, is_long_body
 from service.api.computation import Computation
-from service.api.named_surface import check_named, load_named
+from service.api.named_surface import check_named, parse_named
 from service.api.negotiation import Pairs
 from service.api.services import Services
 from service.decoders.format import Decoder
@@ -17,8 +17,6 @@ from service.decoders.npy import read_array
 from service.decoders.registry import BY_NAME
 from service.schemas.fields import RequestModel
 from service.schemas.query import number_from_text, values_from_text
-from service.schemas.surfaces import definition
-from service.schemas.validation import validate_document
 
 NPY = BY_NAME["npy"]
 
@@ -54,18 +52,15 @@ class ArrayRoute(BodyRoute):
         computation: Computation,
     ) -> RequestModel:
         """The model of a file, with the surface of the query, which is loaded."""
-        content, decoder, beside = file
-        named_surface = await load_named(services, computation, beside["surface"])
+        content, decoder, _ = file
 
-        def parse() -> RequestModel:
-            # `flat`: nets as arrays, also those of triangles; the model accepts both forms.
-            surface = definition(named_surface, flat=True)
-            document = {**beside, "surface": surface, self.array: self.read(content)}
-            parsed = validate_document(model, document, services.document_limits)
-            parsed.build()
-            return parsed
+        def read_array_field() -> dict[str, Any]:
+            return {self.array: self.read(content)}
 
-        return await computation.parse(parse, is_long=is_long_body(content, decoder))
+        is_long = is_long_body(content, decoder)
+        return await parse_named(
+            model, file, services, computation, read_array_field, is_long=is_long
+        )
 
 
 def _parse_value(text: object) -> object:

@@ -13,7 +13,7 @@ from fastapi import Response
 from service.api.body import BodyRoute, PostedFile
 from service.api.computation import Computation
 from service.api.intake import accept_call
-from service.api.named_surface import check_named, load_named
+from service.api.named_surface import check_named, load_named, parse_named
 from service.api.negotiation import Pairs
 from service.api.services import Context, Services
 from service.decoders.format import Decoder
@@ -22,7 +22,6 @@ from service.encoders.text import json_text
 from service.schemas.fields import RequestModel
 from service.schemas.query import values_from_text
 from service.schemas.surfaces import definition
-from service.schemas.validation import validate_document
 from service.surface.kinds import Surface
 
 
@@ -59,17 +58,12 @@ class MeshRoute(BodyRoute):
         computation: Computation,
     ) -> RequestModel:
         """The model of a file, with the surface of the query, which is loaded."""
-        content, decoder, beside = file
-        surface = await load_named(services, computation, beside["surface"])
+        content, decoder, _ = file
 
-        def parse() -> RequestModel:
-            mesh = {"file": content, "format": decoder.name}
-            document = {**beside, "surface": definition(surface, flat=True), "mesh": mesh}
-            parsed = validate_document(model, document, services.document_limits)
-            parsed.build()
-            return parsed
+        def read_mesh() -> dict[str, Any]:
+            return {"mesh": {"file": content, "format": decoder.name}}
 
-        return await computation.parse(parse, is_long=True)
+        return await parse_named(model, file, services, computation, read_mesh, is_long=True)
 
 
 def _write_document(file: PostedFile, surface: Surface, max_bytes: int) -> dict[str, Any] | None:
